@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.base.errors import CalibrationError, FormatError, SettingsError
+from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.model.calibration import Calibration
 from studio.engine.rigid_bodies.known import KnownBody
@@ -14,7 +14,7 @@ from studio.engine.seeing.props.follow import FollowedProp, follow_prop
 from studio.engine.seeing.props.sight import PropCamera, SeenImage
 from studio.take.folder.solved import solved_performers
 from studio.take.folder.take import Take
-from studio.take.raw.depth import DepthReader, DepthRecording
+from studio.take.raw.depth import DepthReader, DepthRecording, placed_cameras
 from studio.take.rigid_bodies.kept import save_seen, take_tracks
 from studio.take.rigid_bodies.used import name_body
 
@@ -66,15 +66,7 @@ def find_prop_of(
             take=take.path,
         )
     calibration = take.calibration()
-    names = [name for name in recording.cameras if name in calibration.cameras]
-    if not names:
-        raise CalibrationError(
-            "depth.no_calibrated_camera",
-            "the calibration of {take} has none of the cameras with depth ({names}); run `studio "
-            "calibrate {take}`",
-            take=take.path,
-            names=[*recording.cameras],
-        )
+    names = placed_cameras(take.path, recording, calibration)
     with DepthReader(recording) as reader:
         looks = _Looks(reader, names, calibration, _people(take, solve))
         time_s = looks.time_s

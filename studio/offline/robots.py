@@ -7,7 +7,7 @@ table and of the poses: after either has changed it is another.
 import json
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
 
@@ -54,27 +54,32 @@ def keep_robot_motions(
         motion.save(file)
 
 
-def kept_robot_motions(take: Take, solve: str, robots: Path, robot: Robot) -> dict[int, RobotMotion] | None:
+@dataclass(frozen=True)
+class KeptMotion:
+    """A kept motion, and the joints that it asks for too much torque."""
+
+    motion: RobotMotion
+    strained: tuple[StrainedJoint, ...]
+
+
+def kept_robot_motions(take: Take, solve: str, robots: Path, robot: Robot) -> dict[int, KeptMotion] | None:
     """Return the kept motions of a robot by the performer's number; None where one is missing, or of other poses."""
     out = {}
     for number, file in _files(take, solve, robots, robot.name):
         if not file.is_file():
             return None
         try:
-            out[number] = load_motion(file, robot)
+            out[number] = KeptMotion(load_motion(file, robot), _strained(file.with_suffix(".json")))
         except FormatError:  # a damaged file is made again
             return None
     return out
 
 
-def kept_strain(take: Take, solve: str, robots: Path, robot: Robot) -> dict[int, list[StrainedJoint]]:
-    """Return by the performer's number which joints are asked for too much torque by the kept motions."""
-    out = {}
-    for number, file in _files(take, solve, robots, robot.name):
-        with suppress(OSError, ValueError, TypeError):  # of a motion that an older studio kept; or damaged
-            kept = json.loads(file.with_suffix(".json").read_text(encoding="utf-8"))
-            out[number] = [StrainedJoint(**joint) for joint in kept]
-    return out
+def _strained(path: Path) -> tuple[StrainedJoint, ...]:
+    """Return what is kept of a motion's joints; nothing where an older studio kept the motion, or it is damaged."""
+    with suppress(OSError, ValueError, TypeError):
+        return tuple(StrainedJoint(**joint) for joint in json.loads(path.read_text(encoding="utf-8")))
+    return ()
 
 
 def _files(take: Take, solve: str, robots: Path, name: str) -> Iterator[tuple[int, Path]]:

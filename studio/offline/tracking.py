@@ -34,7 +34,7 @@ from studio.offline.side_by_side import told, track_cameras
 from studio.offline.so_far import Show
 from studio.take.folder.take import Take
 from studio.take.folder.tracked import Tracked, keep_tracked, read_tracked
-from studio.take.raw.depth import DepthRecording
+from studio.take.raw.depth import DepthRecording, placed_cameras
 from studio.take.raw.frames import camera_frames, inspect_raw
 from studio.take.raw.kept_frames import several_bodies
 
@@ -97,15 +97,7 @@ def tracked_frames(
         TakeError: with `only_kept`, if the take has not been tracked yet.
     """
     recording = DepthRecording(take.raw_path)
-    placed = tuple(name for name in recording.cameras if name in calibration.cameras)
-    if not placed:
-        raise CalibrationError(
-            "depth.no_calibrated_camera",
-            "the calibration of {take} has none of the cameras with depth ({names}); run `studio "
-            "calibrate {take}`",
-            take=take.path,
-            names=[*recording.cameras],
-        )
+    placed = tuple(placed_cameras(take.path, recording, calibration))
     names = settings.camera_names(placed)
     if settings.tracker != "points":
         frames = _skeletons(take, recording, names, progress, only_kept=only_kept, processes=processes)

@@ -158,28 +158,30 @@ def direction_outcome(edit: DirectionEdit, missed: float) -> EditJson:
 def touch_outcome(edit: ContactEdit, missed_m: float) -> EditJson:
     """Return what a solve made of a contact that it missed by so much."""
     out: EditJson = {"honoured": 1e3 * missed_m < NEAR_MM, "missed_mm": round(1e3 * missed_m, 1)}
-    if not out["honoured"] and is_touch_of_other(edit):
-        line = say(
+    if not out["honoured"]:
+        out |= _told(_missed_touch(edit, 1e3 * missed_m))
+    return out
+
+
+def _missed_touch(edit: ContactEdit, missed_mm: float) -> Said:
+    if is_touch_of_other(edit):
+        return say(
             "evidence.missed_other",
             "{joint} came within {mm:.0f} mm of {touched} of {other}: the bodies, or the other edits, hold them "
             "back; only preset finish holds contacts with another performer",
             joint=edit.joint,
-            mm=1e3 * missed_m,
+            mm=missed_mm,
             touched=edit.touches,
             other=edit.other or "",
         )
-        out |= _told(line)
-    elif not out["honoured"]:
-        line = say(
-            "evidence.missed_touch",
-            "{joint} came within {mm:.0f} mm of {touched}: the body, or the other edits, hold it back; only presets "
-            "studio and finish hold contacts",
-            joint=edit.joint,
-            mm=1e3 * missed_m,
-            touched=edit.touches,
-        )
-        out |= _told(line)
-    return out
+    return say(
+        "evidence.missed_touch",
+        "{joint} came within {mm:.0f} mm of {touched}: the body, or the other edits, hold it back; only presets "
+        "studio and finish hold contacts",
+        joint=edit.joint,
+        mm=missed_mm,
+        touched=edit.touches,
+    )
 
 
 def missed_m(pin: PinEdit, poses: Poses) -> float:

@@ -15,9 +15,10 @@ from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
 from studio import wire
-from studio.engine.base.errors import FormatError, TakeError
+from studio.engine.base.errors import CalibrationError, FormatError, TakeError
 from studio.engine.base.file_sentences import unreadable
 from studio.engine.base.sentences import say
+from studio.engine.model.calibration import Calibration
 from studio.engine.model.depth import DepthCamera, DepthFrame
 from studio.engine.model.frames import ClockModel
 from studio.take.raw.chunks import open_chunk
@@ -188,6 +189,24 @@ class DepthReader:
             if len(self._chunks) > _CHUNKS_KEPT:
                 self._chunks.popitem(last=False)
         return self._chunks[offset]
+
+
+def placed_cameras(take: Path, recording: DepthRecording, calibration: Calibration) -> list[str]:
+    """Return the cameras with depth that a calibration places, one at least.
+
+    Raises:
+        CalibrationError: there is none; `take` is what the message names.
+    """
+    names = [name for name in recording.cameras if name in calibration.cameras]
+    if not names:
+        raise CalibrationError(
+            "depth.no_calibrated_camera",
+            "the calibration of {take} has none of the cameras with depth ({names}); run `studio "
+            "calibrate {take}`",
+            take=take,
+            names=[*recording.cameras],
+        )
+    return names
 
 
 def index_depth(path: str | Path) -> DepthRecording:

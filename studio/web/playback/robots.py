@@ -136,14 +136,15 @@ class ChosenRobots:
 
     def _shows_kept(self, chosen: ChosenRobot, clip: Clip) -> bool:
         """Show the kept motion, if there is one of these poses."""
-        from studio.offline.robots import kept_robot_motions, kept_strain
+        from studio.offline.robots import kept_robot_motions
 
-        robot, take = chosen.robot, self._take(clip)
-        motions = kept_robot_motions(take, clip.solve, self._folder, robot)
-        if motions is not None:
-            strained = kept_strain(take, clip.solve, self._folder, robot)
+        robot = chosen.robot
+        kept = kept_robot_motions(self._take(clip), clip.solve, self._folder, robot)
+        if kept is not None:
+            motions = {number: one.motion for number, one in kept.items()}
+            strained = {number: one.strained for number, one in kept.items()}
             self._show(ReplayedRobot(robot.name, clip.take, clip.solve, motions, strained))
-        return motions is not None
+        return kept is not None
 
     def _show(self, replayed: ReplayedRobot) -> None:
         self._replayed = replayed

@@ -48,7 +48,7 @@ def test_a_chosen_robot_is_computed_once_and_shown(
         client.patch("/replay", json={"frame": 20})
         motions = kept_robot_motions(walk, "walk", tmp_path / FOLDER, handle[0].view.robot.robot)
         assert motions is not None
-        until(lambda: np.array_equal(shown[-1][-1][1][1], motions[1].qpos[20]))
+        until(lambda: np.array_equal(shown[-1][-1][1][1], motions[1].motion.qpos[20]))
         assert "no robot" in client.put("/view", json={"robot": "nobody"}).text
         assert client.put("/view", json={"robot": ""}).json()["robot"] == ""
         until(lambda: shown[-1][-1] == ("", {}))

@@ -172,7 +172,7 @@ class _Follower:
             axis = "xyz".index(shape.axis)
             was, now = before[:, axis], turn[:, axis]
             return rotation_between(was, now if was @ now > 0 else -now) @ before
-        alike = [turn @ Rotation.from_matrix(one).as_matrix() for one in _same_boxes(shape.edges_m)]
+        alike = [turn @ one for one in _same_boxes(shape.edges_m)]
         return max(alike, key=lambda one: float(np.trace(before.T @ one)))
 
 

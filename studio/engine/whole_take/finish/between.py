@@ -6,10 +6,7 @@ import numpy as np
 
 from studio.engine.edits.touches import Touches
 from studio.engine.solve.touching import HeldJoint, thick_m
-from studio.engine.whole_take.finish.others import Surfaces
-
-WITHIN_NS = 10_000_000
-"""Frames of two performers that are no further apart are of one time."""
+from studio.engine.whole_take.finish.others import WITHIN_NS, Surfaces
 
 
 def held_by_others(

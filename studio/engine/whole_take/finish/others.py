@@ -24,6 +24,9 @@ from studio.engine.whole_take.finish.trajectory import Kinematics
 NEAR_HIPS_M = 1.6
 """Performers whose hips are further apart do not touch."""
 
+WITHIN_NS = 10_000_000
+"""Frames of two performers that are no further apart are of one time."""
+
 HALF = 0.5
 
 HOLDS_M = 0.12
@@ -125,7 +128,7 @@ def hands_apart_m(own: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDAr
 
 def overlap_m(own: Surfaces, other: Surfaces) -> NDArray[np.float64]:
     """Return how deep two performers' surfaces overlap, frame by frame of the first [m], shape (frame_count,)."""
-    sites = other.at(own.times_ns, 10_000_000)
+    sites = other.at(own.times_ns, WITHIN_NS)
     _, _, way, reach = _between(own.sites, sites, own.height_m, other.height_m)
     deep = reach - np.linalg.norm(way, axis=2)
     return np.maximum(np.where(np.isfinite(deep), deep, 0.0).max(axis=1), 0.0)

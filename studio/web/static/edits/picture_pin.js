@@ -8,11 +8,10 @@ import { drawDragged, pointOf } from "../video/drawing.js";
 import { repaintVideo, shownPicture } from "../video/pane.js";
 import { add, change, editList } from "./list.js";
 import { RADIUS_M } from "./pinning.js";
-import { OUTPUT } from "./words.js";
+import { CANONICAL } from "./words.js";
 
 const GRAB_PX = 14, MOVED_PX = 3;
 const SAME_S = 0.04; // a pin of the joint that is no further away in time is moved: so two cameras place a joint
-const CANONICAL = Object.fromEntries(Object.entries(OUTPUT).map(([canonical, output]) => [output, canonical]));
 const state = { drag: null }; // {joint, output, from, to, picture}
 
 const apart = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);

@@ -10,7 +10,8 @@ export const OUTPUT = {
   hips: "Hips", spine: "Spine1", chest: "Spine2", neck: "Neck", head: "Head",
   ...Object.fromEntries(Object.entries(SIDES).flatMap(([Side, side]) => Object.entries(PARTS).map(([part, name]) => [`${side}_${name}`, `${Side}${part}`]))),
 };
-const CANONICAL = Object.fromEntries(Object.entries(OUTPUT).map(([canonical, output]) => [output, canonical]));
+/** Canonical joint by output joint. */
+export const CANONICAL = Object.fromEntries(Object.entries(OUTPUT).map(([canonical, output]) => [output, canonical]));
 
 /** Joints of a contact. */
 export const TOUCHING = Object.keys(OUTPUT).filter((name) => /_(hand|ankle|toe|knee|hip)$/.test(name));
