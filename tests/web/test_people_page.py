@@ -93,6 +93,7 @@ def test_two_performers_from_the_first_frames_to_a_take(shot: tuple[Shoot, str],
     page.evaluate("localStorage.setItem('language', 'en')")
     page.goto(url)
     page.get_by_role("button", name="Replay take_001, solve live").click()
+    expect(page.locator("#replay-time")).to_contain_text("/")
     page.locator("#preset").select_option("finish")
     until(lambda: read_metrics(take.solve_folder("trial")) is not None, 180.0)  # of the whole take
     assert take.performer_names("trial") == ["performer_1", "performer_2"]
