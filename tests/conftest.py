@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.camera.sdks import write_sdks
-from tests.scheduling import REAL_TIME, Scheduling
+from tests.scheduling import REAL_TIME, Scheduling, processes
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -72,6 +72,12 @@ def pytest_configure() -> None:
     """Let examples take their time."""
     settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile("patient")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Run twice as many processes as there are cores, of which half mostly wait."""
+    return processes()
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -1,9 +1,10 @@
-"""Which process runs which tests: one begins with those in real time, the others with those that compute.
+"""How many processes run the tests, and which: half begin with those in real time, half with those that compute.
 
-The first kind waits more than it computes, so both kinds together keep the machine busy. A process that has none of
-its kind left goes on with the other.
+The first kind waits more than it computes, so both kinds together, twice as many as there are cores, keep the machine
+busy. A process that has none of its kind left goes on with the other.
 """
 
+import os
 from typing import TYPE_CHECKING
 
 from xdist.scheduler import LoadScopeScheduling
@@ -19,6 +20,11 @@ REAL_TIME = (
 """Tests with browsers and with programs that run in real time."""
 
 
+def processes() -> int:
+    """How many processes run the tests at the same time."""
+    return 2 * (os.cpu_count() or 1)
+
+
 class Scheduling(LoadScopeScheduling):
     """Gives whole files to processes."""
 
@@ -26,7 +32,7 @@ class Scheduling(LoadScopeScheduling):
         return nodeid.split("::")[0]
 
     def _assign_work_unit(self, node: "WorkerController") -> None:
-        wanted = node is self.nodes[0]
+        wanted = self.nodes.index(node) % 2 == 0
         scope = next((name for name in self.workqueue if name.startswith(REAL_TIME) == wanted), None)
         if scope is not None:
             self.workqueue.move_to_end(scope, last=False)
