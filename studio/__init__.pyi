@@ -36,11 +36,11 @@ from .engine.edits.edit import (
     TrimEdit,
 )
 from .engine.model.calibration import Calibration, CameraCalibration, Performer
-from .engine.model.depth import DepthCamera
+from .engine.model.cameras.depth import DepthCamera
 from .engine.model.frames import CameraFrame, ClockModel, FusedSkeleton, StepResult
 from .engine.model.joints import CANONICAL, OUTPUT_JOINTS
 from .engine.model.poses import Poses
-from .engine.model.settings import PRESETS, SWITCHES, SolveSettings
+from .engine.model.settings.settings import PRESETS, SWITCHES, SolveSettings
 from .engine.solve.conditioning.filters import FILTERS, Filter, add_filter
 from .engine.solve.pipeline import Pipeline
 from .engine.solve.stream import Stream

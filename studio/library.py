@@ -14,7 +14,7 @@ from studio.engine.calibration.views.seen.known_lens import KnownLens
 from studio.engine.metrics.results import Evaluation
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.offline.edits.take_parts import BLEND_S, NEAR_S, TakePart
 from studio.take.folder.take import POSES, Take
 
@@ -154,7 +154,7 @@ def settings(preset: str = "studio", switches: Mapping[str, object] | None = Non
     Raises:
         SettingsError: an unknown preset, key or value; the message lists what is allowed.
     """
-    from studio.engine.model.settings import parse_settings
+    from studio.engine.model.settings.settings import parse_settings
 
     return parse_settings(preset, [f"{key}={value}" for key, value in (switches or {}).items()])
 

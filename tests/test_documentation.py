@@ -10,7 +10,7 @@ from studio.__main__ import COMMANDS, make_parser
 from studio.camera.sources.registry import SOURCES
 from studio.engine.animation.clip.options import TARGETS
 from studio.engine.animation.export import EXPORTERS
-from studio.engine.model.settings import PRESETS, SWITCHES
+from studio.engine.model.settings.settings import PRESETS, SWITCHES
 
 ROOT = Path(__file__).parents[1]
 DOCS = {

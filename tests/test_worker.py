@@ -215,7 +215,7 @@ def test_what_makes_a_process_ready_compiles_what_a_solve_calls():
 
 READY = """
 import json, sys
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.offline import warming
 from studio.simulator.demo import make_stage
 from tests.refused import refused

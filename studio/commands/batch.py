@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _jobs(args: argparse.Namespace) -> list[Any]:
     from studio.engine.base.errors import SettingsError, TakeError
-    from studio.engine.model.settings import parse_settings
+    from studio.engine.model.settings.settings import parse_settings
     from studio.offline.batch.jobs import BatchJob
 
     takes = find_takes(args.folders)

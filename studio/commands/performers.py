@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from studio.commands.common import add_command, add_json, add_take, figure, table, write_result
 
 if TYPE_CHECKING:
-    from studio.engine.model.exchange import Exchange
+    from studio.engine.model.performers.exchange import Exchange
     from studio.take.folder.take import Take
 
 _TEXT = """\
@@ -116,7 +116,7 @@ def _change(args: argparse.Namespace, take: "Take", solve: str) -> None:
 
 
 def _exchange(args: argparse.Namespace, take: "Take", solve: str) -> "Exchange":
-    from studio.engine.model.exchange import Exchange
+    from studio.engine.model.performers.exchange import Exchange
     from studio.engine.model.poses import Poses
     from studio.review.render.strip import stage_times
     from studio.take.folder.performers import performer_by_name

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command, add_take
-from studio.engine.model.bodies import BODIES
+from studio.engine.model.performers.bodies import BODIES
 
 _TEXT = """\
 Draw frames of a take's solves as a picture, one row per solve; or, as FILE.gif, moving, one solve beside the other.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from studio.commands.common import add_command, add_json, add_take, progress_bar, write_result
 
 if TYPE_CHECKING:
-    from studio.engine.model.settings import SolveSettings
+    from studio.engine.model.settings.settings import SolveSettings
     from studio.take.folder.take import Take
 
 _TEXT = """\

@@ -20,7 +20,7 @@ from studio.engine.identity.known import KnownPerson
 from studio.engine.identity.recognised import FIRST
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import StepResult
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.timing.schedule import Schedule
 from studio.live import warmup
 from studio.live.calibration.calibrator import Calibrator, Outcome

@@ -7,8 +7,8 @@ import numpy as np
 from studio.engine.base.geometry import transform_points
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
-from studio.engine.model.guess import camera_joints
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_JOINTS
+from studio.engine.model.triangulation.guess import camera_joints
 from studio.live.cameras.roster import Roster
 
 _PERIOD_NS = 33_000_000

@@ -12,7 +12,7 @@ from studio.engine.calibration.quality.verdict import check_height
 from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
-from studio.engine.model.settings import SolveSettings, preset
+from studio.engine.model.settings.settings import SolveSettings, preset
 from studio.live.borrowed import borrow
 from studio.live.calibration.kept import load_last_calibration
 from studio.live.calibration.performers import load_profile

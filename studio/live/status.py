@@ -4,7 +4,7 @@ import shutil
 from datetime import datetime
 
 from studio.engine.base.sentences import about, say
-from studio.engine.model.settings import PRESETS
+from studio.engine.model.settings.settings import PRESETS
 from studio.engine.whole_take.residuals import not_followed_mm
 from studio.live import warmup
 from studio.live.calibration.calibrator import camera_verdicts

@@ -11,7 +11,7 @@ from studio.engine.calibration.board import BoardFound, Sighting, with_board
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.verdict import HEIGHTS_M
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.lens import Lens
+from studio.engine.model.cameras.lens import Lens
 from studio.engine.seeing.board import Board, BoardFinder, SeenBoard
 from studio.take.folder.take import Take
 from studio.take.raw.frames import camera_frames

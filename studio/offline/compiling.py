@@ -7,8 +7,8 @@ from pathlib import Path
 from studio.engine.animation.export import export
 from studio.engine.animation.motion.authored import stage_motion
 from studio.engine.model.calibration import Calibration, CameraCalibration
-from studio.engine.model.depth import DepthFrame
-from studio.engine.model.settings import preset
+from studio.engine.model.cameras.depth import DepthFrame
+from studio.engine.model.settings.settings import preset
 from studio.engine.seeing.tracker.skeletons import from_points, per_camera
 from studio.offline.warming import SECONDS, prepare, solve_stage
 from studio.simulator.body.performers import DEFAULT

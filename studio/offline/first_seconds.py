@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import CameraFrame, StepResult
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.stream import Stream
 from studio.engine.whole_take.collect import collect_poses
 from studio.offline.so_far import Show, SoFar

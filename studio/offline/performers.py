@@ -9,8 +9,8 @@ from studio.engine.base.errors import CalibrationError
 from studio.engine.identity.exchange import exchanged
 from studio.engine.identity.whole_take import People, find_people
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.exchange import Exchange
 from studio.engine.model.frames import CameraFrame
+from studio.engine.model.performers.exchange import Exchange
 from studio.take.folder.known_performers import known_people
 from studio.take.folder.performers import exchanges_of
 from studio.take.folder.take import Take

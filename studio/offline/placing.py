@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import CameraMoveJson, SolveMetrics
 from studio.engine.seeing.cameras.refine import Tracked, refine_cameras, with_places
 from studio.take.raw.depth import DepthRecording

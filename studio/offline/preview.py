@@ -12,10 +12,10 @@ from studio.engine.animation.clip.resample import frames_of
 from studio.engine.base.errors import TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.exchange import Exchange
 from studio.engine.model.frames import CameraFrame, ClockModel
+from studio.engine.model.performers.exchange import Exchange
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.performers import people_of
 from studio.offline.tracking import is_tracked, tracked_frames

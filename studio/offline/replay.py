@@ -15,7 +15,7 @@ from studio.engine.identity.undecided import spans
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.whole_take.collect import collect_poses
 from studio.engine.whole_take.mending.frames import edited_frames

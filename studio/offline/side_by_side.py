@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 
 from studio.engine.base.system import core_count
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.model.frames import CameraFrame
 from studio.engine.seeing.tracker.skeletons import per_camera
 from studio.take.folder.take import Take

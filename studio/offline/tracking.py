@@ -22,7 +22,7 @@ from studio.engine.calibration.views.seen.known_lens import KnownLens, check_len
 from studio.engine.identity.whole_take import of_one
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.seeing.cameras.camera_poses import MOST_SETS, refine_camera_poses
 from studio.engine.seeing.cameras.refine import Tracked as Track

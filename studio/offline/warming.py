@@ -7,15 +7,15 @@ import numpy as np
 from studio import wire
 from studio.engine.identity.crowd import Crowd
 from studio.engine.model.calibration import Performer
+from studio.engine.model.cameras.lens import Lens, usual_lens
 from studio.engine.model.frames import CameraFrame, PictureJoints
 from studio.engine.model.human.face import PLACES_M
 from studio.engine.model.human.hand import LANDMARKS as HAND_LANDMARKS
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import INDEX, JOINT_COUNT
-from studio.engine.model.lens import Lens, usual_lens
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings, preset
+from studio.engine.model.settings.settings import SolveSettings, preset
 from studio.engine.solve.ik.reseed import LimbReseed
 from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.take import solve_frames

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from studio.api.stage.shown import Layer, PointCamera, Points, StrainedRobotJoint, ViewState
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
-from studio.engine.model.colours import PERFORMER_COLOURS
+from studio.engine.model.performers.colours import PERFORMER_COLOURS
 from studio.web.playback.robots import ChosenRobots
 from studio.web.points.maker import COLOURS
 from studio.web.scene.operator import OperatorView

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.offline.replay import solve_take
 from studio.take.folder.take import Take
 from studio.take.raw.frames import RawEvent, RawFrame, inspect_raw, read_raw

@@ -11,7 +11,7 @@ import pytest
 
 from studio import wire
 from studio.camera.sources.pacing import WallClock
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.offline.replay import solve_take
 from studio.take.folder.take import Take
 from studio.take.raw.frames import RawEvent, camera_frames, inspect_raw, read_raw

@@ -6,7 +6,7 @@ import pytest
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.model.joints import CANONICAL
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.take.folder.solves import write_solve
 from studio.take.folder.take import Take
 from tests.api.test_routes import assert_error

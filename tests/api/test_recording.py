@@ -7,7 +7,7 @@ import pytest
 
 from studio.engine.base.errors import TakeError
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.offline.replay import solve_take
 from studio.take.folder.take import Take
 from studio.take.raw.frames import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw

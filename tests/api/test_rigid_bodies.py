@@ -10,7 +10,7 @@ import pytest
 from studio.__main__ import main
 from studio.engine.model.joints import INDEX
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.offline.replay import solve_take
 from studio.take.folder.take import Take
 from studio.take.raw.frames import read_raw

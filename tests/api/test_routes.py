@@ -9,7 +9,7 @@ import pytest
 
 from studio.api.stage.events import StatusEvent
 from studio.api.structs import encode
-from studio.engine.model.settings import PRESETS, SWITCHES
+from studio.engine.model.settings.settings import PRESETS, SWITCHES
 from studio.take.folder.take import Take
 from tests.api.camera import Camera, send_frames, wait_until
 from tests.live.performer import calibration

@@ -8,10 +8,10 @@ import numpy as np
 
 from studio.camera.sources.depth_source import DepthShot, DepthSource
 from studio.engine.base.errors import StudioError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
+from studio.engine.model.cameras.observation import Observation
 from studio.engine.model.frames import HandSeen
 from studio.engine.model.joints import JOINT_COUNT
-from studio.engine.model.observation import Observation
 
 CAMERA = DepthCamera(60.0, 60.0, 31.5, 23.5, 64, 48)
 

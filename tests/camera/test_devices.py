@@ -17,7 +17,7 @@ from studio.camera.devices.realsense import RealSenseConfig, RealSenseSource
 from studio.camera.sources.depth_source import DepthSource, DeviceLostError
 from studio.camera.sources.source import Source
 from studio.engine.base.errors import NotAvailableError, SettingsError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers.k4a import calibration_json
 from tests.refused import refused

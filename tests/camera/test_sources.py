@@ -14,7 +14,7 @@ from studio.camera.sources.registry import SOURCES, open_source, written
 from studio.camera.sources.source import Source
 from studio.camera.sources.video import VideoConfig
 from studio.engine.base.errors import FormatError, NotAvailableError, SettingsError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.joints import CANONICAL, JOINT_SETS
 from studio.simulator.simulate import simulate_take
 from studio.take.raw.frames import camera_frames

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from studio.engine.base.errors import NotAvailableError
-from studio.engine.model.settings import SolveSettings, set_switch
+from studio.engine.model.settings.settings import SolveSettings, set_switch
 from tests.engine.switch_values import CHOICES
 
 NUMBERS = {

@@ -22,7 +22,7 @@ from studio.engine.base.geometry import matrices
 from studio.engine.model.human.angles import configuration_of
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take import finisher
 from studio.engine.whole_take.finish.smoother import Smoother
 from studio.engine.whole_take.finish.trajectory import steps

@@ -12,7 +12,7 @@ from pathlib import Path
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.metrics.evaluate import evaluate
 from studio.engine.metrics.reference.reference import read_reference
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.tracking import calibrate_take
 from studio.take.importers import import_recording

@@ -1,7 +1,7 @@
 """The values of switches, as tests go through them."""
 
-from studio.engine.model.settings import SWITCHES
-from studio.engine.model.switches import Choice, Number
+from studio.engine.model.settings.settings import SWITCHES
+from studio.engine.model.settings.switches import Choice, Number
 
 CHOICES = {
     s.name: tuple(str(value) for value in s.values) for s in SWITCHES.values() if isinstance(s, Choice)

@@ -18,7 +18,7 @@ from studio.engine.model.joints import (
     OUTPUT_INDEX,
     OUTPUT_OF_CANONICAL_INDEX,
 )
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.residuals import TOLD_S, SolveResiduals
 from studio.engine.whole_take.take import solve_frames
 from tests.engine.walkers import (

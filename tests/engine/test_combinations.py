@@ -11,7 +11,7 @@ from studio.engine.model.human.angles import configuration_of
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_INDEX, OUTPUT_PARENTS
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.solve.timing.schedule import Schedule
 from tests.engine.combinations import available, pairwise

@@ -10,7 +10,7 @@ from studio.engine.animation.motion.bvh import read_bvh
 from studio.engine.animation.motion.canonical import to_canonical
 from studio.engine.model.calibration import Performer
 from studio.engine.model.joints import INDEX, OUTPUT_INDEX, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.body import BodySolver
 from studio.engine.solve.conditioning.displacement import DEFAULT_M_S, DisplacementLimitBefore
 from tests.engine.walkers import frame_set, fused, humanoid, performer, site_positions

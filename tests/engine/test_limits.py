@@ -15,7 +15,7 @@ from studio.engine.model.human.humanoid import COUPLINGS, build_humanoid
 from studio.engine.model.human.ranges import dofs_of, range_rad
 from studio.engine.model.human.skeleton import Skeleton, local_rotations
 from studio.engine.model.joints import FINGERS, JOINT_COUNT, MIRROR, OUTPUT_INDEX
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.pipeline import Pipeline
 from tests.engine.switch_values import CHOICES
 from tests.engine.walkers import (

@@ -13,7 +13,7 @@ from studio.engine.model.human.angles import configuration_of
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import CANONICAL
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from tests.engine.combinations import available
 from tests.engine.switch_values import CHOICES

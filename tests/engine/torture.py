@@ -21,7 +21,7 @@ from studio.engine.model.joints import (
     OUTPUT_OF_CANONICAL_INDEX,
 )
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
 from studio.simulator.rig import standard_rig

@@ -16,7 +16,7 @@ from studio.engine.model.calibration import Calibration, CameraCalibration, Perf
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.simulator.motion import stage_motion
 from studio.simulator.rig import standard_rig

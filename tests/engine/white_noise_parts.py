@@ -26,7 +26,7 @@ from studio.engine.model.human.humanoid import FREE_DOFS, Humanoid, build_humano
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.finish.trajectory import Kinematics, moved
 from studio.engine.whole_take.take import solve_frames
 from tests.engine.white_noise import MOTIONS, SETTLED_FRAMES, noisy_take

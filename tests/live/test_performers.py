@@ -11,7 +11,7 @@ from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.identity.recognised import FIRST
 from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings, preset
+from studio.engine.model.settings.settings import parse_settings, preset
 from studio.live import LiveStage
 from studio.offline.replay import solve_take
 from studio.take.folder.solves import read_metrics, undecided_spans

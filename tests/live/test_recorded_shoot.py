@@ -3,7 +3,7 @@
 import pytest
 
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.offline.replay import solve_take
 from studio.take.folder.take import POSES
 from tests.live.recorded_shoot import RECORDINGS, figures

@@ -8,7 +8,7 @@ import pytest
 from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.offline import preview
 from studio.offline.preview import solve_part
 from studio.offline.replay import solve_take

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from studio import wire
 from studio.engine.model.calibration import Calibration, CameraCalibration
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.warming import prepare
 from studio.simulator.demo import make_stage

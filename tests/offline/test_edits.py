@@ -12,7 +12,7 @@ from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import OUTPUT_INDEX
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.trace import Trace
 from studio.offline import replay
 from studio.offline.edits.around import solve_around

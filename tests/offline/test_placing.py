@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from studio.engine.model.calibration import Calibration, CameraCalibration
-from studio.engine.model.settings import PRESETS, SolveSettings
+from studio.engine.model.settings.settings import PRESETS, SolveSettings
 from studio.offline.placing import refines, windows
 from studio.offline.preview import solve_part
 from studio.offline.replay import solve_take

@@ -8,7 +8,7 @@ import pytest
 from studio.__main__ import main
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.model.calibration import Calibration, CameraCalibration
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL
 from studio.engine.model.poses import Poses
 from studio.engine.rigid_bodies.known import KnownBody, shape_of

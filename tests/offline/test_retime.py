@@ -7,7 +7,7 @@ import pytest
 
 from studio.engine.edits.edit import OffsetEdit, RetimeEdit
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.engine.whole_take.trace import Trace
 from studio.offline.edits.first_look import look_at_edits
 from studio.offline.edits.offered import offers_of_solve

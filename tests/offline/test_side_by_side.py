@@ -14,7 +14,7 @@ import pytest
 from studio import worker
 from studio.engine.base.errors import StudioError
 from studio.engine.base.system import core_count
-from studio.engine.model.settings import SolveSettings, preset
+from studio.engine.model.settings.settings import SolveSettings, preset
 from studio.engine.seeing.tracker.skeletons import per_camera
 from studio.offline import side_by_side
 from studio.offline.replay import solve_take

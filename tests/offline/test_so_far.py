@@ -10,7 +10,7 @@ import pytest
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings, preset
+from studio.engine.model.settings.settings import SolveSettings, preset
 from studio.engine.seeing.fitting.cones import performer_of
 from studio.engine.seeing.search.start import shape_of_height
 from studio.offline import first_seconds

@@ -9,7 +9,7 @@ from typing import Any
 from studio.engine.metrics.evaluate import evaluate
 from studio.engine.metrics.reference.reference import read_reference
 from studio.engine.model.frames import CameraFrame
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.tracking import calibrate_take
 from studio.simulator.motion import DEMO

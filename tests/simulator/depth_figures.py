@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from studio.engine.animation.motion.authored import demo_motion
 from studio.engine.animation.motion.keys import RATE_HZ
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.tracker.tracked import TrackedSkeleton
 from studio.engine.seeing.tracker.tracker import Tracker

@@ -20,7 +20,7 @@ from studio.engine.model.human.face import seen_in
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import FINGERS, INDEX, OUTPUT_INDEX, to_canonical
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.simulator.landmarks.fingers import SimulatedHands
 from studio.simulator.landmarks.hand_tracker import LEAST_PIXELS, HandTracker

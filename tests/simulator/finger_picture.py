@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw
 from studio.engine.animation.mannequin.performer import Mannequin
 from studio.engine.model.joints import INDEX, OUTPUT_INDEX
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.review.render.figure import Projection, draw_figure
 from tests.simulator.finger_figures import SeenStage, seen_stage

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from studio.engine.base.geometry import matrices
 from studio.engine.model.joints import OUTPUT_INDEX
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.simulator.landmarks.heads import SimulatedHead
 from studio.simulator.rig import RigCamera, look_at

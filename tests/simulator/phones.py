@@ -20,7 +20,7 @@ from studio.engine.model.joints import (
     OUTPUT_OF_CANONICAL_INDEX,
     to_canonical,
 )
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.engine.whole_take.take import solve_frames
 from studio.simulator.landmarks.body import stature_m
 from studio.simulator.landmarks.seen import SeenLandmarks, see_landmarks

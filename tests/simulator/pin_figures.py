@@ -22,7 +22,7 @@ from studio.engine.metrics.reference.matching import match
 from studio.engine.metrics.reference.reference import Markers, Reference, read_reference
 from studio.engine.model.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.offline import replay
 from studio.take.folder.take import Take
 from studio.take.raw.frames import camera_frames

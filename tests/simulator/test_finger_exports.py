@@ -15,7 +15,7 @@ from studio.engine.animation.read.files import read_animation
 from studio.engine.base.geometry import matrices
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.streams.unity import unity_pose
 from tests.engine.animation.export.test_glb import glb_pose

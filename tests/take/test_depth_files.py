@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from studio.engine.base.errors import FormatError, TakeError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.take.importers import import_recording
 from studio.take.library.depth_export import export_depth
 from studio.take.library.k4a_writer import write_k4a

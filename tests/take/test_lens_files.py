@@ -6,7 +6,7 @@ import pytest
 
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.calibration.views.seen.known_lens import KnownLens
-from studio.engine.model.lens import Lens
+from studio.engine.model.cameras.lens import Lens
 from studio.take.folder.lens_files import lens_for, read_lenses
 from tests.refused import refused
 

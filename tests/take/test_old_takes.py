@@ -13,7 +13,7 @@ from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.versions import KEY, FileFormat
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.engine.whole_take.trace import Trace
 from studio.offline.replay import solve_take
 from studio.take.folder.solves import TRACE, read_metrics, read_settings

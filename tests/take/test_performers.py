@@ -3,7 +3,7 @@
 import pytest
 
 from studio.engine.base.errors import TakeError
-from studio.engine.model.exchange import Exchange
+from studio.engine.model.performers.exchange import Exchange
 from studio.take.folder.performers import exchanges_of, shown_name
 from studio.take.library.sessions import take_info
 from studio.take.library.slate import Slate, change_slate

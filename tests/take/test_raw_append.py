@@ -144,7 +144,7 @@ def crashed_live_take(sessions: Path) -> Take:
 
 
 def preset_json() -> dict:
-    from studio.engine.model.settings import preset
+    from studio.engine.model.settings.settings import preset
 
     return json.loads(json.dumps(preset("studio").to_json()))
 

@@ -9,7 +9,7 @@ from PIL import Image
 
 from studio import wire
 from studio.engine.base.errors import FormatError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.frames import ClockModel
 from studio.take.folder.take import Take
 from studio.take.importers import import_recording

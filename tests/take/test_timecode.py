@@ -7,7 +7,7 @@ import pytest
 
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.engine.timecode.course import course
 from studio.engine.timecode.timecode import RATES, Timecode
 from studio.take.folder.solves import write_solve

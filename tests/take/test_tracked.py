@@ -11,7 +11,7 @@ from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.offline import tracking
 from studio.offline.preview import solve_part
 from studio.offline.replay import solve_take

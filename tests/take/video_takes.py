@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from studio import wire
 from studio.engine.base.geometry import make_transform
 from studio.engine.model.calibration import Calibration, CameraCalibration
+from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.frames import ClockModel
 from studio.engine.model.joints import JOINT_SETS
-from studio.engine.model.lens import Lens
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.take.folder.new import new_take
 from studio.take.folder.solves import write_solve
 from studio.take.folder.take import Take

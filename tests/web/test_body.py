@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Error, Page, expect
 
-from studio.engine.model.bodies import BODIES
+from studio.engine.model.performers.bodies import BODIES
 from tests.web.browser import quiet_page
 from tests.web.playback.takes import take_with_solves
 from tests.web.stages import until

@@ -16,7 +16,7 @@ from playwright.sync_api import Locator, Page, expect
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.model.joints import CANONICAL, OUTPUT_INDEX
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.take.folder.solves import write_solve
 from studio.take.folder.take import Take
 from tests import patient

@@ -18,8 +18,8 @@ from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_setting
-from studio.engine.model.bodies import BODIES
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.performers.bodies import BODIES
+from studio.engine.model.settings.settings import parse_settings
 from studio.review.blind import thesis
 from studio.review.blind.desk import Desk
 from studio.review.blind.model import BlindTest, Interpolation, Pair, Rules, Side, check

@@ -8,7 +8,7 @@ from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.stage import switches
 from studio.api.stage.stage import Request, SettingsRequest
 from studio.api.structs import StructRoute
-from studio.engine.model.settings import PRESETS
+from studio.engine.model.settings.settings import PRESETS
 from studio.take.library.presets import Presets
 
 

@@ -4,8 +4,8 @@ from typing import Any
 
 from msgspec import UNSET, Struct, UnsetType
 
-from studio.engine.model.settings import SWITCHES, SolveSettings
-from studio.engine.model.switches import Choice, Number, PerJoint, Switch, SwitchKind, shortest
+from studio.engine.model.settings.settings import SWITCHES, SolveSettings
+from studio.engine.model.settings.switches import Choice, Number, PerJoint, Switch, SwitchKind, shortest
 from studio.take.library.presets import Presets
 
 

@@ -18,7 +18,7 @@ from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder, ListedTake
 from studio.engine.base.errors import FormatError
 from studio.engine.model.calibration import CalibrationJson
-from studio.engine.model.exchange import Exchange
+from studio.engine.model.performers.exchange import Exchange
 from studio.take.folder.names import inside
 from studio.take.folder.take import check_free
 from studio.take.library.borrow import borrow_calibration

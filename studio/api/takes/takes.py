@@ -20,7 +20,7 @@ from studio.api.takes.thumbnails import Thumbnails
 from studio.engine.animation.clip.options import ExportOptions
 from studio.engine.base.errors import TakeError
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SettingsJson, SolveSettings
+from studio.engine.model.settings.settings import SettingsJson, SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.offline.so_far import SoFar
 from studio.take.folder.meta import TakeMeta

@@ -12,9 +12,9 @@ from PIL import Image, ImageDraw
 from studio.camera.sources.tracked import TrackedSource
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.sentences import system_says
-from studio.engine.model.depth import DepthCamera, shade
+from studio.engine.model.cameras.depth import DepthCamera, shade
+from studio.engine.model.cameras.observation import Observation
 from studio.engine.model.joints import CANONICAL, INDEX
-from studio.engine.model.observation import Observation
 
 _SHADES = " .:-=+*#%@"
 _COLUMNS, _ROWS = 72, 26

@@ -14,7 +14,7 @@ from studio.camera.sources.depth_source import DepthShot, DepthSource
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import NotAvailableError, SettingsError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.take.importers.kinect import to_camera
 
 _KIND = "kinect-v2"

@@ -14,7 +14,7 @@ from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLos
 from studio.camera.sources.pacing import WallClock
 from studio.engine.base.errors import NotAvailableError
 from studio.engine.base.sentences import say
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 _KIND = "openni"
 _WAIT_S = 0.5

@@ -12,7 +12,7 @@ from studio.camera.sources.config import DeviceConfig, FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
 from studio.camera.sources.pacing import WallClock
 from studio.engine.base.errors import NotAvailableError, StudioError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 _WAIT_MS = 500
 _KIND, _INSTALL = "orbbec", "install the extra: uv sync --extra orbbec"

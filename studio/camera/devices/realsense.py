@@ -13,7 +13,7 @@ from studio.camera.sources.config import DeviceConfig, FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
 from studio.camera.sources.pacing import WallClock
 from studio.engine.base.errors import FormatError, NotAvailableError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 _WANTED = (848, 480, 30)
 _WAIT_MS = 500

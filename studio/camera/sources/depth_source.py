@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from studio.camera.sources.source import Camera
 from studio.engine.base.errors import StudioError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 DepthShot = tuple[int, NDArray[np.uint16]]
 """Capture time on the source's clock [ns], and depth [mm], shape (height, width); 0 = no reading."""

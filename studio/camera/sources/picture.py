@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from studio.camera.sources.depth_source import DepthSource
 from studio.camera.sources.source import Source
 from studio.engine.base.errors import NotAvailableError, StudioError
-from studio.engine.model.depth import shade
+from studio.engine.model.cameras.depth import shade
 
 _IMAGES = 5
 """Images that a device may give before one has readings: the first ones of many devices are empty."""

@@ -19,8 +19,8 @@ from studio.camera.sources.reading import ReadingSource
 from studio.camera.sources.source import SourceFrame
 from studio.engine.base.errors import StudioError
 from studio.engine.base.sentences import say
-from studio.engine.model.depth import DepthCamera
-from studio.engine.model.observation import Observation
+from studio.engine.model.cameras.depth import DepthCamera
+from studio.engine.model.cameras.observation import Observation
 from studio.take.raw.records import intrinsics_of
 from studio.worker.parent import end_with_parent
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from studio.engine.identity.whole_take import People, TakePerformer
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.exchange import Exchange
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.on_demand import FramesOnDemand
+from studio.engine.model.performers.exchange import Exchange
 
 _Spans = tuple[tuple[float, float], ...]
 

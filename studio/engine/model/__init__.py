@@ -1,5 +1,8 @@
 """Common types: joints, frames, poses, calibrations, depth images and settings.
 
-`joints` names joints, `frames` holds the data of the pipeline, `calibration` the result of calibrating, `settings`
-every switch, `poses` the result of a solve, and `human` the humanoid model.
+`joints` names joints and `roles` recognises them in foreign skeletons, `frames` holds the data of the pipeline,
+`calibration` the result of calibrating, `poses` and `solve_metrics` the result of a solve.
+
+Rooms: `cameras` (lenses and depth images), `triangulation` (joints from pictures without depth), `settings` (every
+switch), `performers` (what is chosen for each) and `human` (the humanoid model).
 """

@@ -12,9 +12,9 @@ from studio.engine.base.errors import CalibrationError
 from studio.engine.base.geometry import is_rigid
 from studio.engine.base.sentences import Sentence, about, codes_of, say, with_codes
 from studio.engine.base.versions import CALIBRATION
+from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.frames import ClockModel
 from studio.engine.model.joints import CANONICAL, INDEX, LIMB_ROOTS, PARENTS
-from studio.engine.model.lens import Lens
 from studio.engine.model.spans import Span, SpanJson
 
 LONGEST_READOUT_MS = 100.0

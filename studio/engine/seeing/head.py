@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from studio.engine.base.geometry import quaternions
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.images.convolution import Committee
 from studio.engine.seeing.images.depth_window import sampled

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.sentences import say
-from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.cameras.depth import DepthCamera, DepthFrame
+from studio.engine.model.cameras.observation import Observation
 from studio.engine.model.joints import JOINT_COUNT
-from studio.engine.model.observation import Observation
 from studio.engine.seeing.hands.states import HandStates
 from studio.engine.seeing.head import HeadTracker
 from studio.engine.seeing.tracker.tracked import TrackedSkeleton

@@ -17,7 +17,7 @@ from studio.engine.model.joints import (
     OUTPUT_OF_CANONICAL_INDEX,
     OUTPUT_PARENTS,
 )
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.completion.fingers import Fingers, hand_models
 from studio.engine.solve.completion.floor import FloorContact
 from studio.engine.solve.completion.followed import Followed, FollowedSmoother, follow_head

@@ -21,7 +21,7 @@ from studio.engine.identity.recognised import FIRST, MOST_PERFORMERS, OnStage, R
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
 from studio.engine.model.joints import PARENTS
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.pipeline import Pipeline
 
 _RECENT_S = 1.0

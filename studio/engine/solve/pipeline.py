@@ -14,8 +14,8 @@ from studio.engine.base.errors import CalibrationError
 from studio.engine.edits.pins import Pins
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, FusedSkeleton, StepResult
-from studio.engine.model.guess import GUESSED_HEIGHT_M
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
+from studio.engine.model.triangulation.guess import GUESSED_HEIGHT_M
 from studio.engine.rigid_bodies.pins import pinned_by
 from studio.engine.solve.body import BodySolver
 from studio.engine.solve.conditioning.bone_length import BoneLengthLimit

@@ -3,7 +3,7 @@
 from studio.engine.edits.pins import Pins
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.solve.timing.schedule import Schedule
 

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from studio.engine.base.compiled import compiled
+from studio.engine.model.cameras.joint_noise import AXIAL_PER_M, JOINT_FACTOR, LATERAL_PER_M, LEAST_DISTANCE_M
 from studio.engine.model.frames import FrameSet, FusedSkeleton
-from studio.engine.model.joint_noise import AXIAL_PER_M, JOINT_FACTOR, LATERAL_PER_M, LEAST_DISTANCE_M
 from studio.engine.model.joints import (
     CANONICAL,
     INDEX,

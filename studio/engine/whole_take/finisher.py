@@ -22,7 +22,7 @@ from studio.engine.model.frames import StepResult
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import CANONICAL, JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.touching import HeldJoint
 from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, wander_of

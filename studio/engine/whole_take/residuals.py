@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from studio.engine.model.frames import FrameSet, StepResult
 from studio.engine.model.joints import CANONICAL, JOINT_COUNT, MIRROR, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.model.rays import nearest_on_rays
 from studio.engine.model.solve_metrics import SolveMetrics
+from studio.engine.model.triangulation.rays import nearest_on_rays
 
 NOT_FOLLOWED_M = 0.15
 """A joint further than this from every camera's report is not followed."""

@@ -11,7 +11,7 @@ from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.on_demand import FramesOnDemand
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.stream import Stream
 from studio.engine.whole_take.collect import PoseCollector

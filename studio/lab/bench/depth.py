@@ -1,7 +1,7 @@
 """Benchmark of depth: an image of the simulator, and the tracker with one and with three cameras."""
 
 from studio.engine.animation.motion.authored import demo_motion
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.seeing.tracker.tracker import Tracker
 from studio.lab.bench.timing import StageTiming, per_frame
 from studio.simulator.body.performers import DEFAULT

@@ -7,7 +7,7 @@ from typing import TypedDict
 from studio import wire
 from studio.engine.base.system import one_core, peak_memory_bytes
 from studio.engine.model.joints import JOINT_SETS
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.engine.whole_take.take import solve_frames
 from studio.lab.bench import stages
 from studio.simulator.demo import make_stage

@@ -19,7 +19,7 @@ from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import PARENTS
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings, preset
+from studio.engine.model.settings.settings import SolveSettings, preset
 from studio.engine.solve.body import BodySolver
 from studio.engine.solve.completion.floor import FloorContact
 from studio.engine.solve.completion.hands import Hands

@@ -17,7 +17,7 @@ from studio.engine.metrics.reference.reference import Reference
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.lab.study.plan import Cell, StudyRecording, Variant
 from studio.lab.study.results import CellJson

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from studio.engine.animation.motion.authored import MOVEMENTS
 from studio.engine.base.errors import FormatError, SettingsError
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 
 FORMAT = 1
 """Version of the cells; a new one makes them all again."""

@@ -3,8 +3,8 @@
 import numpy as np
 
 from studio.engine.model.frames import CameraFrame
-from studio.engine.model.guess import camera_joints
 from studio.engine.model.joints import INDEX, JOINT_COUNT
+from studio.engine.model.triangulation.guess import camera_joints
 from studio.live.states import CoverageStatus
 
 CELL_M = 0.5

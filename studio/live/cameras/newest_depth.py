@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 WHOLE_NS = 500_000_000
 """Time after a whole image in which previews do not replace it [ns]: they show the same with fewer pixels."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from studio.engine.base.errors import FormatError
-from studio.engine.model.depth import DepthCamera, shade
+from studio.engine.model.cameras.depth import DepthCamera, shade
 from studio.live.cameras.links import CameraLink, Links
 from studio.live.cameras.newest_depth import ArrivedDepth, NewestDepth
 from studio.take.raw.records import depth_camera

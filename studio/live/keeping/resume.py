@@ -7,7 +7,7 @@ from time import time_ns
 
 from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.base.sentences import say
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.live import warmup
 from studio.live.engine import Engine
 from studio.live.recording.recorder import Recorder

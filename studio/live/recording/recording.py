@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.rigid_bodies.known import TakeBodies
 from studio.live.cameras.camera import LiveCamera
 from studio.live.inbox import Arrived

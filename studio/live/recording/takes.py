@@ -6,7 +6,7 @@ from collections.abc import Callable
 from studio.engine.base.errors import TakeError
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import ClockModel
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.live.cameras.camera import LiveCamera
 from studio.live.cameras.clocks import Anchor
 from studio.live.cameras.roster import CLOCK_STEP_NS, Roster

@@ -66,7 +66,7 @@ def do(job: BatchJob) -> Done:
 
 
 def _solve(job: BatchJob) -> None:
-    from studio.engine.model.settings import SolveSettings
+    from studio.engine.model.settings.settings import SolveSettings
     from studio.offline.replay import solve_take
     from studio.take.folder.take import Take
 

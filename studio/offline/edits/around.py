@@ -12,7 +12,7 @@ from studio.engine.edits.edit import Edit
 from studio.engine.edits.timing import eased, of_performer
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.whole_take.mending.frames import REACH_S, edited_frames
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.preview import frames_between, poses_between, seen_performer

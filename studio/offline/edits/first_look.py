@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from studio.engine.animation.splicing.retime import at_solve_times
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.offline.edits.around import blended_into, solve_around
 from studio.take.edits.carry import edits_of_solve
 from studio.take.folder.solves import time_map

@@ -8,7 +8,7 @@ import msgspec
 from studio.engine.edits.edit import Edit, RetimeEdit
 from studio.engine.metrics.cleanup.solve import solve_cleanup
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.offline.edits.offers import apply_offers, offers
 from studio.offline.replay import solved_with
 from studio.take.edits.carry import carried

@@ -6,7 +6,7 @@ from pathlib import Path
 from studio.engine.animation.splicing.splice import Part, spliced
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.offline.edits.take_parts import TakePart
 from studio.take.folder.meta import PartMeta

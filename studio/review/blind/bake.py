@@ -20,11 +20,11 @@ from studio.engine.animation.mannequin import mannequin
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.quaternions import continuous_signs, normalized
 from studio.engine.identity.recognised import performer_key
-from studio.engine.model.bodies import BODIES
 from studio.engine.model.calibration import Performer
-from studio.engine.model.colours import performer_colour
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
+from studio.engine.model.performers.bodies import BODIES
+from studio.engine.model.performers.colours import performer_colour
 from studio.engine.model.poses import Poses, on_output_joints
 from studio.engine.model.soles import rest_lift_m
 from studio.review.blind.model import MAX_SECONDS, Pair, Side

@@ -6,7 +6,7 @@ from typing import Any, Literal
 import msgspec
 
 from studio.engine.base.errors import FormatError, SettingsError
-from studio.engine.model.bodies import BODIES, check_body
+from studio.engine.model.performers.bodies import BODIES, check_body
 
 FORMAT_VERSION = 1
 MAX_PAIRS = 100

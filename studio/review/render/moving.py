@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.files import write_atomically
-from studio.engine.model.bodies import BODIES
+from studio.engine.model.performers.bodies import BODIES
 from studio.engine.model.poses import Poses
 from studio.review.render.figure import Projection, draw_figures
 from studio.review.render.performers import DrawnPerformers, looking_at

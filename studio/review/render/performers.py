@@ -7,9 +7,9 @@ import numpy as np
 
 from studio.engine.animation.mannequin.performer import Mannequin
 from studio.engine.base.errors import FormatError
-from studio.engine.model.bodies import BODIES
-from studio.engine.model.colours import performer_colour
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS
+from studio.engine.model.performers.bodies import BODIES
+from studio.engine.model.performers.colours import performer_colour
 from studio.engine.model.poses import Poses
 from studio.review.render.figure import PosedFigure, Projection
 

@@ -16,7 +16,7 @@ from studio.engine.metrics.reference.matching import Matched, match
 from studio.engine.metrics.reference.reference import Markers, Reference
 from studio.engine.metrics.results import Evaluation
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SettingsJson
+from studio.engine.model.settings.settings import SettingsJson
 from studio.engine.model.spans import Span
 from studio.review.render.strip import render_strip
 from studio.review.report.body_diagram import body_diagram, stick_figures

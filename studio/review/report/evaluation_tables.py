@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from studio.engine.metrics.results import Evaluation
-from studio.engine.model.settings import SettingsJson
+from studio.engine.model.settings.settings import SettingsJson
 from studio.review.report.page import Markup, html_table, paragraph, safe
 from studio.review.report.words import ENGLISH, Words
 

@@ -10,7 +10,7 @@ from studio.engine.animation.clip.together import on_one_clock
 from studio.engine.animation.export.glb import GltfDocument
 from studio.engine.animation.mannequin import mannequin
 from studio.engine.identity.recognised import performer_key
-from studio.engine.model.colours import performer_colour
+from studio.engine.model.performers.colours import performer_colour
 from studio.engine.model.poses import Poses
 
 KEYS_HZ = 30.0

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.base.geometry import invert_transform
-from studio.engine.model.lens import Lens
+from studio.engine.model.cameras.lens import Lens
 from studio.simulator.clock import SimulatedClock, random_clock
 from studio.simulator.instants import instants
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.base.geometry import transform_points
-from studio.engine.model.lens import Lens
+from studio.engine.model.cameras.lens import Lens
 
 _NEAREST_M = 0.2
 

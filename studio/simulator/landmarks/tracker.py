@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform
+from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.joints import INDEX
-from studio.engine.model.lens import Lens
 from studio.simulator.joints.occlusion import hidden_joints
 from studio.simulator.landmarks.body import JOINT_OF, NAMES, PLACES, landmarks_of
 from studio.simulator.landmarks.hand_tracker import HandTracker

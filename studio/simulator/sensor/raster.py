@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.compiled import compiled
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 Array32 = NDArray[np.float32]
 _NEAR_M = 0.05

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import unknown
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 _K4A_LENS = (0.547940, -0.020971, 2.0558e-5, -7.2104e-5, -0.002652, 0.889679, 0.086130, -0.013910)
 

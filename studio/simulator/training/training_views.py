@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.base.geometry import invert_transform, transform_points, unit
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.joints import INDEX
 from studio.simulator.body.bones import BONE
 from studio.simulator.body.mesh import make_body

@@ -14,7 +14,7 @@ import numpy as np
 
 from studio.engine.base.errors import FormatError
 from studio.engine.model.calibration import lens_from_json
-from studio.engine.model.lens import Lens
+from studio.engine.model.cameras.lens import Lens
 
 _MOST_BYTES = 16 << 20
 _MATRIX = ("matrix", "camera_matrix", "K", "mtx")

@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from studio.engine.base.errors import TakeError
-from studio.engine.model.exchange import Exchange
+from studio.engine.model.performers.exchange import Exchange
 from studio.engine.model.solve_metrics import ExchangeJson
 from studio.take.folder.meta import TakeMeta
 from studio.take.folder.names import check_name

@@ -16,7 +16,7 @@ from studio.engine.base.versions import METRICS, SETTINGS, FileFormat
 from studio.engine.edits.edit import RetimeEdit
 from studio.engine.edits.time_map import TimeMap
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SettingsJson, SolveSettings
+from studio.engine.model.settings.settings import SettingsJson, SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.model.spans import Span
 from studio.engine.whole_take.trace import Trace

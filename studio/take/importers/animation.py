@@ -6,7 +6,7 @@ from pathlib import Path
 from studio.engine.animation.read.files import ENDINGS
 from studio.engine.animation.read.imported import imported_poses
 from studio.engine.base.sentences import say
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.take.folder.new import new_take
 from studio.take.folder.solves import write_solve

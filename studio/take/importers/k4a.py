@@ -13,7 +13,7 @@ import numpy as np
 
 from studio import wire
 from studio.engine.base.errors import FormatError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 
 class DepthMode(NamedTuple):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.take.importers.k4a import calibration_json, mode_of
 
 _TRACK_UID, _FILE_UID = 1, 2

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from studio.engine.identity.recognised import performer_key
 from studio.engine.identity.undecided import spans
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.take.folder.solves import Solved, write_performers, write_solve
 from studio.take.folder.take import Take

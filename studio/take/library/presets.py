@@ -11,7 +11,7 @@ from typing import Any
 from studio.engine.base.errors import FormatError, SettingsError, StudioError
 from studio.engine.base.files import write_json
 from studio.engine.base.versions import SAVED_PRESETS
-from studio.engine.model.settings import PRESETS, SolveSettings, changed
+from studio.engine.model.settings.settings import PRESETS, SolveSettings, changed
 from studio.take.folder.names import is_safe_name
 
 FILE = "presets.json"

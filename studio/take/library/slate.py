@@ -8,7 +8,7 @@ from typing import Any
 
 from studio.engine.base.errors import TakeError
 from studio.engine.base.sentences import system_says
-from studio.engine.model.exchange import Exchange
+from studio.engine.model.performers.exchange import Exchange
 from studio.take.folder.lock import is_held
 from studio.take.folder.meta import MarkerMeta
 from studio.take.folder.names import check_name

@@ -22,7 +22,7 @@ from mcap.writer import MCAP0_MAGIC
 from studio import wire
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.file_sentences import unreadable
-from studio.engine.model.settings import SettingsJson
+from studio.engine.model.settings.settings import SettingsJson
 from studio.take.raw.chunks import open_chunk
 from studio.take.raw.live_log import LiveEvent, SettingsEvent, StartEvent, read_event
 from studio.take.raw.ranges import Ranges

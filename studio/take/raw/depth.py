@@ -19,7 +19,7 @@ from studio.engine.base.errors import CalibrationError, FormatError, TakeError
 from studio.engine.base.file_sentences import unreadable
 from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.cameras.depth import DepthCamera, DepthFrame
 from studio.engine.model.frames import ClockModel
 from studio.take.raw.chunks import open_chunk
 from studio.take.raw.clocks import TakeClocks

@@ -21,7 +21,7 @@ from studio.engine.model.calibration import (
     performer_to_json,
 )
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
-from studio.engine.model.settings import SettingsJson, SolveSettings
+from studio.engine.model.settings.settings import SettingsJson, SolveSettings
 from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio import wire
-from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.cameras.depth import DepthCamera, DepthFrame
 from studio.engine.model.frames import CameraFrame, HandSeen, PictureJoints
 from studio.engine.model.human import face
 from studio.engine.model.joints import JOINT_COUNT, to_canonical

@@ -14,7 +14,7 @@ from pathlib import Path
 from studio.engine.base.errors import CalibrationError, FormatError, StudioError, TakeError
 from studio.engine.base.sentences import system_says
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.take.folder.lock import is_held
 from studio.take.folder.marker import MARKER, read_marker, remove_marker
 from studio.take.folder.new import PARTIAL_MARK

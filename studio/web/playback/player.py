@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from studio.api.stage.shown import ReplayedPerformer, ReplayStatus, SecondFigure
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.colours import performer_colour
 from studio.engine.model.frames import StepResult
+from studio.engine.model.performers.colours import performer_colour
 from studio.engine.model.poses import Poses, on_output_joints
 from studio.offline.so_far import SoFar
 from studio.take.folder.performers import performer_number

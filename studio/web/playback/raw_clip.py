@@ -9,9 +9,9 @@ from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.base.geometry import make_transform, transform_points
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import ClockModel, FrameSet, FusedSkeleton, StepResult
-from studio.engine.model.guess import camera_joints
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.model.poses import Poses
+from studio.engine.model.triangulation.guess import camera_joints
 from studio.engine.whole_take.trace import TraceCollector
 from studio.take.folder.take import Take
 from studio.take.raw.depth import DepthRecording

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import StudioError
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
 from studio.take.raw.depth import DepthRecording

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.model.frames import ClockModel
 from studio.take.raw.depth import DepthReader, DepthRecording
 from studio.web.points.seen import DAMAGED, NO_IMAGE, NO_PLACE, DepthSeen

@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 NO_PLACE, NO_IMAGE, DAMAGED = "no_place", "no_image", "damaged"
 """Why a camera has no points: no calibration knows it, there is no image of this instant, it cannot be read."""

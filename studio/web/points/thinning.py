@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 CANDIDATES = 65_536
 """Pixels of an image that are looked at."""

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from studio.engine.animation.mannequin import BODY, SEAM
 from studio.engine.animation.mannequin.performer import bone_offsets, rest_positions, stage_mesh
 from studio.engine.base.errors import FormatError
-from studio.engine.model.bodies import BODIES
 from studio.engine.model.frames import StepResult
+from studio.engine.model.performers.bodies import BODIES
 from studio.web.scene.contact import ContactShadows
 from studio.web.scene.palette import BODY_RGB, JOINT_RGB
 from studio.web.scene.skin import Skin, joints_of

@@ -6,8 +6,8 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from studio.engine.model.colours import performer_colour
 from studio.engine.model.frames import StepResult
+from studio.engine.model.performers.colours import performer_colour
 from studio.web.scene.character import Character
 from studio.web.scene.effectors import EffectorMarks
 from studio.web.scene.ghost import Ghost

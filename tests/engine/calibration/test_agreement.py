@@ -7,7 +7,7 @@ import pytest
 
 from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.quality.agreement import disagreements, without_named
-from studio.engine.model.settings import PRESETS
+from studio.engine.model.settings.settings import PRESETS
 from studio.offline.replay import solve_take
 from studio.offline.tracking import calibrate_take, keep_calibration
 from studio.take.folder.take import Take

@@ -10,7 +10,7 @@ from PIL import Image
 from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.performer.depth_floor import common_floor, is_floor, seen_floors
 from studio.engine.calibration.performer.floor import Floor
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from tests.engine.calibration.scoring import stage_error
 from tests.engine.calibration.synthetic import RIGS, record
 

@@ -5,8 +5,8 @@ import numpy as np
 from studio.engine.identity.exchange import exchanged
 from studio.engine.identity.whole_take import People, TakePerformer
 from studio.engine.model.calibration import Calibration, CameraCalibration
-from studio.engine.model.exchange import Exchange
 from studio.engine.model.frames import CameraFrame, ClockModel
+from studio.engine.model.performers.exchange import Exchange
 
 RATE_HZ = 30
 AHEAD_S = 0.5

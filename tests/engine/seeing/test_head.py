@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio.engine.base.geometry import matrices
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.seeing.head import ABOUT, CHANNELS, SIDE, HeadTracker, along_ray, head_window, oriented
 

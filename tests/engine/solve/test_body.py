@@ -7,7 +7,7 @@ from studio.engine.base.geometry import matrices
 from studio.engine.model.frames import HandSeen
 from studio.engine.model.human.angles import configuration_of
 from studio.engine.model.joints import INDEX, JOINT_COUNT, OUTPUT_INDEX, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.body import BodySolver
 from tests.engine.walkers import arms_swinging, frame_set, fused, humanoid, performer
 

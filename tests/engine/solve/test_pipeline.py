@@ -20,7 +20,7 @@ from studio.engine.model.joints import (
     OUTPUT_OF_CANONICAL_INDEX,
     OUTPUT_PARENTS,
 )
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.solve.timing.schedule import Schedule
 from tests.engine.walkers import SECOND, arms_swinging, camera_frame, performer, recorded, stage

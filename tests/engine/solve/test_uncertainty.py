@@ -6,7 +6,7 @@ import pytest
 from studio.engine.model.frames import FusedSkeleton
 from studio.engine.model.joints import INDEX, JOINT_COUNT, MEASURED_JOINTS, OUTPUT_INDEX, OUTPUT_JOINTS
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX as OUT
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.uncertainty import BALL_90, CLOSE_M, OFFSET_M, Uncertainty
 from studio.engine.whole_take.take import solve_frames
 from tests.engine.walkers import arms_swinging, frame_set, recorded, stage

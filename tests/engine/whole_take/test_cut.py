@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.cut import cut_between_s
 from studio.engine.whole_take.take import solve_frames
 from tests.engine.walkers import SECOND, arms_swinging, camera_frame, recorded, stage

@@ -8,7 +8,7 @@ import pytest
 from studio.engine.base.errors import TakeError
 from studio.engine.model.frames import ClockModel
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_JOINTS
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.collect import collect_poses
 from studio.engine.whole_take.take import solve_frames
 from tests.engine.walkers import SECOND, arms_swinging, recorded, stage

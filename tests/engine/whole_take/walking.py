@@ -23,6 +23,7 @@ from studio.engine.base.geometry import make_transform
 from studio.engine.calibration.cameras.merge import Walk
 from studio.engine.calibration.performer.proportions import measure
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
+from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.frames import CameraFrame, PictureJoints, StepResult
 from studio.engine.model.human.face import seen_in
 from studio.engine.model.joints import (
@@ -33,9 +34,8 @@ from studio.engine.model.joints import (
     OUTPUT_OF_CANONICAL_INDEX,
     to_canonical,
 )
-from studio.engine.model.lens import Lens
-from studio.engine.model.rays import on_rays, placed
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
+from studio.engine.model.triangulation.rays import on_rays, placed
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.whole_take.finisher import Finisher
 from studio.take.video.landmarks import landmarks_of

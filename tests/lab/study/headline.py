@@ -23,7 +23,7 @@ from studio.engine.metrics.figures.thesis import absolute_difference_cm, shortes
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.model.frames import ClockModel
 from studio.engine.model.joints import INDEX, JOINT_COUNT, MEASURED_JOINTS
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.lab.study.cell import StudyStage
 from studio.lab.study.plan import StudyRecording

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio.engine.base.geometry import invert_transform
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.simulator.performer.figure import Figure
 from studio.simulator.rig import look_at
 from studio.simulator.sensor.raster import Rasteriser

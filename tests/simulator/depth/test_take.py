@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studio.engine.base.geometry import transform_points
-from studio.engine.model.depth import points
+from studio.engine.model.cameras.depth import points
 from studio.engine.model.joints import CANONICAL, INDEX
 from studio.simulator.body.performers import PERFORMERS
 from studio.simulator.rig import standard_rig

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.offline.replay import solve_take
 from studio.take.folder.take import Take
 from studio.take.raw.frames import RawWriter

@@ -7,7 +7,7 @@ import numpy as np
 
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.engine.whole_take.trace import STEP_M, Trace
 from studio.take.folder.solves import Solved, write_performers, write_solve
 from studio.take.folder.take import Take

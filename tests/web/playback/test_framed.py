@@ -11,7 +11,7 @@ from PIL import Image
 from playwright.sync_api import Page, expect
 
 from studio.engine.model.joints import OUTPUT_JOINTS
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.take.folder.solves import write_solve
 from studio.take.folder.take import Take
 from tests import patient

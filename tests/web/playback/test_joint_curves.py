@@ -195,7 +195,7 @@ def test_several_curves_are_chosen_read_and_removed(tmp_path: Path, page: Page) 
 @pytest.mark.browser
 def test_a_long_take_is_read_exactly(tmp_path: Path, page: Page) -> None:
     """What is thinned says that it is about so much until the frame under the playhead is known."""
-    from studio.engine.model.settings import preset
+    from studio.engine.model.settings.settings import preset
     from studio.take.folder.solves import write_solve
 
     take = take_with_solves(tmp_path / "monday" / "one")

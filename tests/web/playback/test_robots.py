@@ -10,7 +10,7 @@ from fastapi import FastAPI
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.animation.read.imported import imported_poses
 from studio.engine.model.poses import on_output_joints
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.engine.robots.files import FOLDER, add_robot, load_robot
 from studio.offline.robots import keep_robot_motions, kept_robot_motions
 from studio.take.folder.solves import write_solve

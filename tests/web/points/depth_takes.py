@@ -9,7 +9,7 @@ from studio.engine.animation.motion.authored import stage_motion
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.model.joints import INDEX, OUTPUT_JOINTS, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings.settings import preset
 from studio.simulator.body.performers import DEFAULT
 from studio.simulator.performer.figure import Figure
 from studio.simulator.performer.motion import perform

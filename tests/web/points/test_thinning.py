@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from studio.engine.base.geometry import transform_points
-from studio.engine.model.depth import points as all_points
+from studio.engine.model.cameras.depth import points as all_points
 from studio.web.points.maker import BUDGET_BYTES_S, COLOURS, RATE_HZ, points_each
 from studio.web.points.thinning import NEAR_SHARE, StageSpace, Thinner
 from studio.web.scene.clouds import ORIGIN_M

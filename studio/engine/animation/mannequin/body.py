@@ -15,7 +15,7 @@ from studio.engine.animation.mannequin.limbs import ARM, LEG, limb
 from studio.engine.animation.mannequin.mesh import SkinnedMesh, join
 from studio.engine.animation.mannequin.rig import MannequinRig
 from studio.engine.animation.mannequin.trunk import trunk
-from studio.engine.model.bodies import BODIES, check_body
+from studio.engine.model.performers.bodies import BODIES, check_body
 
 if TYPE_CHECKING:
     from studio.engine.animation.clip.skeleton import LocalMotion

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from studio.engine.animation.mannequin.body import mannequin_mesh
 from studio.engine.animation.mannequin.mesh import SkinnedMesh
 from studio.engine.base.geometry import matrices
-from studio.engine.model.bodies import BODIES
 from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
+from studio.engine.model.performers.bodies import BODIES
 from studio.engine.model.poses import Poses
 from studio.engine.model.soles import rest_lift_m
 

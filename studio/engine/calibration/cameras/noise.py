@@ -8,7 +8,7 @@ Hands and feet are small and fast, the trunk is large.
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.joint_noise import JOINT_FACTOR
+from studio.engine.model.cameras.joint_noise import JOINT_FACTOR
 
 ALONG_PER_M2 = 0.0016
 ACROSS_M = 0.01

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.geometry import transform_points
 from studio.engine.calibration.performer.floor import Floor
-from studio.engine.model.depth import DepthCamera, points
+from studio.engine.model.cameras.depth import DepthCamera, points
 from studio.engine.seeing.images.floor import find_floor
 
 _POINTS = 6000

@@ -21,8 +21,8 @@ from studio.engine.calibration.views.judging.verdict import ViewFacts, verdict
 from studio.engine.calibration.views.seen.bodies import Array
 from studio.engine.calibration.views.seen.tracks import Sample, ViewTrack, make_track, nearest, sample
 from studio.engine.calibration.views.seen.view import COLUMNS, NUMBER, View
-from studio.engine.model.guess import shift_equations
-from studio.engine.model.lens import Lens, usual_lens
+from studio.engine.model.cameras.lens import Lens, usual_lens
+from studio.engine.model.triangulation.guess import shift_equations
 
 LONGEST_S = 2.0
 """Largest clock offset that is looked for, about the expected one."""

@@ -22,7 +22,7 @@ from studio.engine.calibration.views.seen.view import View
 from studio.engine.calibration.views.stage import to_stage
 from studio.engine.calibration.views.starting.first import chain, first_pairs
 from studio.engine.calibration.views.starting.start import bodies
-from studio.engine.model.lens import usual_lens
+from studio.engine.model.cameras.lens import usual_lens
 
 _FIRST_SHARE = 0.4
 

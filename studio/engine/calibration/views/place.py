@@ -23,7 +23,7 @@ from studio.engine.calibration.views.seen.tracks import ViewTrack, apart_within_
 from studio.engine.calibration.views.seen.view import NUMBER, View
 from studio.engine.calibration.views.stage import camera_on_stage, to_stage
 from studio.engine.calibration.views.starting.first import ViewPair, adjust_places, common_instants
-from studio.engine.model.lens import Lens, usual_lens
+from studio.engine.model.cameras.lens import Lens, usual_lens
 
 MOST_INSTANTS = 240
 """Instants that are adjusted; a longer walk is taken at evenly spread ones."""

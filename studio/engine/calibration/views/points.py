@@ -11,7 +11,7 @@ from studio.engine.calibration.views.pictures import sees_no_depth
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import JOINT_COUNT
-from studio.engine.model.rays import guessed, on_rays, placed
+from studio.engine.model.triangulation.rays import guessed, on_rays, placed
 
 _NEAR_NS = 40_000_000
 """Another camera's frame counts for an instant that is no further away."""

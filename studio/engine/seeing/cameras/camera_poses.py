@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.geometry import make_transform, rotation_between, transform_points
 from studio.engine.model.calibration import Calibration, CameraCalibration
-from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.cameras.depth import DepthCamera, DepthFrame
 from studio.engine.seeing.cameras.floors import floor_corners, floor_of
 from studio.engine.seeing.fitting.chain import rotation_of
 from studio.engine.seeing.tracker.skeletons import frame_sets, with_next

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import transform_points
-from studio.engine.model.depth import DepthCamera, DepthFrame, points
+from studio.engine.model.cameras.depth import DepthCamera, DepthFrame, points
 from studio.engine.seeing.images.floor import find_floor
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.model.calibration import Calibration, Performer
-from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.cameras.depth import DepthCamera, DepthFrame
 from studio.engine.model.frames import CameraFrame
 from studio.engine.seeing.cameras.bundle import Bundled, Instant, bundled
 from studio.engine.seeing.cameras.floors import floor_corners, floor_of

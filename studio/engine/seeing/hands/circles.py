@@ -11,7 +11,7 @@ Source: Ménard 2014, section 5.4.
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 
 OPEN, CLOSED, UNKNOWN = 0.85, 0.15, 0.5
 """Probabilities of being open for the three outcomes."""

@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.frames import HandSeen
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.hands.circles import UNKNOWN, circles_state

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, transform_points
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.joints import INDEX, PARENT_OF_CANONICAL
 
 Array = NDArray[np.float64]

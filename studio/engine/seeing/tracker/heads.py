@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, transform_points
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.seeing.head import head_arrows
 from studio.engine.seeing.tracker.view import CameraView
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.system import core_count
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.seeing.fitting.fit import MeasuredPoints
 from studio.engine.seeing.images.silhouette import Silhouette
 from studio.engine.seeing.tracker.view import CameraView, ImageClusters

@@ -7,7 +7,7 @@ import numpy as np
 
 from studio.engine.base.geometry import make_transform
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
-from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.cameras.depth import DepthCamera, DepthFrame
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.seeing.tracker.tracked import TrackedSkeleton
 from studio.engine.seeing.tracker.tracker import Tracker

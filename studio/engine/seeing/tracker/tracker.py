@@ -10,7 +10,7 @@ import studio.engine.base.blas  # noqa: F401, so that equal input gives equal bi
 from studio.engine.base.errors import CalibrationError
 from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.model.calibration import Performer
-from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.cameras.depth import DepthCamera, DepthFrame
 from studio.engine.seeing.bodies.cells import PlacedBodies
 from studio.engine.seeing.fitting.cones import performer_of
 from studio.engine.seeing.fitting.fit import MeasuredPoints, Prior

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from studio.engine.base.compiled import compiled
 from studio.engine.base.errors import FormatError
 from studio.engine.base.geometry import invert_transform
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.seeing.fitting.cones import CONE_COUNT
 from studio.engine.seeing.fitting.fit import MeasuredPoints
 from studio.engine.seeing.images.clusters import Clusters, clusters_of

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from studio.engine.model.frames import FrameSet
 from studio.engine.model.human.hand import HINGES, SIDES, STATE, WRIST, HandModel
 from studio.engine.model.human.skeleton import Skeleton
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.completion.finger_kernels import turn_hand
 from studio.engine.solve.completion.hand_follower import Arm, HandFollower, HandStep, sorted_rays
 from studio.engine.solve.completion.hands import Hands

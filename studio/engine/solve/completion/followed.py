@@ -11,7 +11,7 @@ from studio.engine.model.frames import FrameSet
 from studio.engine.model.human.hand import SIDES
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import OUTPUT_INDEX
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.completion import hand_follower, head_follower
 from studio.engine.solve.completion.fingers import Fingers, HandStates, hand_models
 from studio.engine.solve.completion.hand_follower import HandStep

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from studio.engine.base.geometry import angles_xyz, matrices, rotation_xyz
 from studio.engine.model.human.ranges import dofs_of, range_rad
 from studio.engine.model.joints import OUTPUT_INDEX
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 
 MAX_YAW_RAD, MAX_PITCH_RAD, MAX_ROLL_RAD = math.radians(75.0), math.radians(40.0), math.radians(40.0)
 """Limits of the head's yaw, pitch and roll relative to the chest (AAOS)."""

@@ -12,7 +12,7 @@ from studio.engine.base.geometry import matrices, quaternions
 from studio.engine.model.human.angles import configuration_of
 from studio.engine.model.human.humanoid import Humanoid
 from studio.engine.model.human.skeleton import Skeleton, local_rotations, world_rotations
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.conditioning.displacement import (
     DisplacementLimitAfter,
     DisplacementLimitBefore,

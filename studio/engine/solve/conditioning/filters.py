@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.quaternions import normalized
 from studio.engine.base.value_sentences import bad_value
-from studio.engine.model.settings import PLACES, add_choices
+from studio.engine.model.settings.settings import PLACES, add_choices
 
 
 class Filter(Protocol):

@@ -8,7 +8,7 @@ Reasons: `unseen`, `unsure` (below the confidence threshold), `outlier` (far fro
 from typing import Protocol
 
 from studio.engine.model.frames import FrameSet, FusedSkeleton
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.fusion.mean import MeanFusion
 from studio.engine.solve.fusion.robust import RobustFusion
 

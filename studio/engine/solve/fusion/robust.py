@@ -13,8 +13,8 @@ tracking and navigation", 2001, sections 5.2 and 6.2: validation gate, discrete 
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.model.cameras.joint_noise import covariances
 from studio.engine.model.frames import FrameSet, FusedSkeleton
-from studio.engine.model.joint_noise import covariances
 from studio.engine.model.joints import CANONICAL, JOINT_COUNT, MIRROR, PARENTS
 from studio.engine.solve.fusion.courses import Courses
 from studio.engine.solve.fusion.facing import Facing, exchanged_at_first

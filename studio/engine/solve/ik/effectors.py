@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from studio.engine.model.human.humanoid import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.model.human.ranges import dofs_of
 from studio.engine.model.joints import CANONICAL, OUTPUT_OF_CANONICAL
-from studio.engine.model.switches import Effector
+from studio.engine.model.settings.switches import Effector
 
 HELD = 1e-4
 """Freedom of a joint at full resistance."""

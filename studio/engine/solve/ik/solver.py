@@ -16,7 +16,7 @@ from studio.engine.model.human.angles import configuration_of
 from studio.engine.model.human.humanoid import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.model.human.ranges import dofs_of
 from studio.engine.model.joints import CANONICAL, INDEX
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.ik.box_qp import UNBOUNDED, BoxQP
 from studio.engine.solve.ik.effectors import pull_scale, resist_scale
 from studio.engine.solve.ik.reseed import LimbReseed

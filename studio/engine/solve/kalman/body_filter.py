@@ -12,7 +12,7 @@ from studio.engine.model.human.angles import configuration_of
 from studio.engine.model.human.humanoid import FREE_DOFS, Humanoid
 from studio.engine.model.human.kinematics import SiteKinematics
 from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT, MIRROR
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.fusion.facing import WRONG, Facing, forwardness
 from studio.engine.solve.fusion.robust import RobustFusion
 from studio.engine.solve.ik.effectors import pull_scale, resist_scale

@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.model.cameras.joint_noise import informations
 from studio.engine.model.frames import Reading
-from studio.engine.model.joint_noise import informations
 from studio.engine.model.joints import JOINT_COUNT, MIRROR
-from studio.engine.model.rays import FREE_M
+from studio.engine.model.triangulation.rays import FREE_M
 from studio.engine.solve.kalman.kernels import mean_distances, middles, on_expected, pulled, ray_middles
 
 Array = NDArray[np.float64]

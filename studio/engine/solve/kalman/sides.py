@@ -7,7 +7,7 @@ import numpy as np
 
 from studio.engine.model.frames import FrameSet, FusedSkeleton
 from studio.engine.model.joints import JOINT_COUNT, MIRROR
-from studio.engine.model.rays import exchanges, placed
+from studio.engine.model.triangulation.rays import exchanges, placed
 from studio.engine.solve.fusion.robust import RobustFusion
 
 

@@ -1,6 +1,6 @@
 """The schedule of output frames: part of step 3, for live and replay."""
 
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 
 MAX_WAIT_NS = 80_000_000
 """Live, the longest wait for a camera that lags."""

@@ -16,7 +16,7 @@ from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.model.calibration import CameraCalibration
 from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, HandSeen, PictureJoints, Reading
 from studio.engine.model.joints import JOINT_COUNT
-from studio.engine.model.rays import (
+from studio.engine.model.triangulation.rays import (
     FREE_M,
     GUESSED_M,
     face_on_rays,

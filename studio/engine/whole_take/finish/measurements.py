@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.joint_noise import variances
+from studio.engine.model.cameras.joint_noise import variances
 from studio.engine.model.joints import JOINT_COUNT, MIRROR
-from studio.engine.model.rays import nearest_on_rays
+from studio.engine.model.triangulation.rays import nearest_on_rays
 
 SWAP_SHARE = 0.7
 """A camera's left and right are exchanged if that reduces the distance to the first solve to this share."""

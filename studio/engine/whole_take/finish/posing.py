@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import FrameSet, StepResult
 from studio.engine.model.human.skeleton import Skeleton
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.solve.body import BodySolver
 from studio.engine.solve.completion import followed
 from studio.engine.solve.uncertainty import of_output_joints

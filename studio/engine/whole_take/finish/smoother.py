@@ -18,8 +18,8 @@ from scipy.ndimage import gaussian_filter1d
 from studio.engine.model.frames import Pinned
 from studio.engine.model.human.humanoid import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.model.human.ranges import dofs_of
-from studio.engine.model.settings import SolveSettings
-from studio.engine.model.switches import Effector
+from studio.engine.model.settings.settings import SolveSettings
+from studio.engine.model.settings.switches import Effector
 from studio.engine.solve.ik.effectors import pull_scale, resist_scale
 from studio.engine.whole_take.finish.banded import (
     BandedNormal,

@@ -11,7 +11,7 @@ from studio.engine.model.frames import FrameSet, FusedSkeleton, HandSeen, Readin
 from studio.engine.model.human.face import LANDMARKS as FACE_LANDMARKS
 from studio.engine.model.human.hand import LANDMARKS as HAND_LANDMARKS
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.model.rays import FREE_M, nearest_on_rays
+from studio.engine.model.triangulation.rays import FREE_M, nearest_on_rays
 
 NEAREST = 0.75
 """A camera's frame belongs to its nearest step, if that is within this many steps."""

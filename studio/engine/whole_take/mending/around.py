@@ -11,8 +11,8 @@ from studio.engine.base.geometry import transform_points
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.edits.frames import places_between, stage_s
 from studio.engine.model.calibration import Calibration
+from studio.engine.model.cameras.joint_noise import JOINT_FACTOR
 from studio.engine.model.frames import CameraFrame
-from studio.engine.model.joint_noise import JOINT_FACTOR
 from studio.engine.model.joints import INDEX, JOINT_COUNT, LIMB_ROOTS, MIRROR
 from studio.engine.solve.fusion.facing import forwardness
 

@@ -8,8 +8,8 @@ from studio.engine.animation.mannequin.build import SLIM
 from studio.engine.animation.mannequin.limbs import ARM, LEG, limb
 from studio.engine.animation.mannequin.rig import MannequinRig
 from studio.engine.base.errors import SettingsError
-from studio.engine.model.bodies import BODIES
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS
+from studio.engine.model.performers.bodies import BODIES
 from tests.engine.animation.mannequin.test_mannequin import edges_shared_by_two, rest_positions
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from studio.engine.animation.mannequin.performer import Mannequin
-from studio.engine.model.bodies import BODIES
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS
+from studio.engine.model.performers.bodies import BODIES
 from studio.engine.model.poses import Poses, on_output_joints
 from tests.poses_factory import random_poses
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from studio.engine.base.geometry import fit_rigid, invert_transform, make_transform, transform_points
 from studio.engine.calibration.views.judging.result import ViewsResult
 from studio.engine.calibration.views.seen.view import View
+from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.joints import to_canonical
-from studio.engine.model.lens import Lens
 
 Array = NDArray[np.float64]
 

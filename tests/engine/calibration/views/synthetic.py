@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, make_transform, transform_points
 from studio.engine.calibration.views.seen.view import View
+from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.human.anthropometry import anthropometric_positions
 from studio.engine.model.joints import INDEX, JOINT_COUNT
-from studio.engine.model.lens import Lens
 
 Array = NDArray[np.float64]
 RATE_HZ = 30.0

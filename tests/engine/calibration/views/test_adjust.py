@@ -11,8 +11,8 @@ from studio.engine.calibration.views.adjusting.sides import find_swaps
 from studio.engine.calibration.views.seen.tracks import make_track, sample
 from studio.engine.calibration.views.seen.view import COLUMNS, NUMBER, OTHER_SIDE
 from studio.engine.calibration.views.starting.clocks import compare
+from studio.engine.model.cameras.lens import usual_lens
 from studio.engine.model.joints import MIRROR
-from studio.engine.model.lens import usual_lens
 from tests.engine.calibration.views.synthetic import LENS, camera_at, view_of, walker
 
 ANGLES = (0.0, 95.0, 190.0)

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.base.geometry import fit_rigid, invert_transform, make_transform, transform_points
 from studio.engine.model.calibration import Calibration, CameraCalibration
-from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.cameras.depth import DepthCamera, DepthFrame
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.cameras.refine import RefinedCameras, refine_cameras
 from studio.engine.seeing.tracker.tracker import Tracker

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.seeing.hands.circles import CLOSED, OPEN, UNKNOWN, circles_state
 from studio.engine.seeing.hands.shape import shape_networks

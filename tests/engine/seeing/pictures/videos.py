@@ -7,7 +7,7 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.lens import Lens
+from studio.engine.model.cameras.lens import Lens
 
 
 def pictures_of(video: Path, *, every: int = 1, count: int = 1_000_000) -> list[NDArray[np.uint8]]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from studio.engine.animation.motion.authored import demo_motion
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.simulator.body.performers import TUNING
 from studio.simulator.performer.motion import perform
 from studio.simulator.rig import standard_rig

@@ -29,7 +29,7 @@ from studio.engine.animation.motion.keys import FloorPath, Keys
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.animation.motion.proportions import AUTHORED_OFFSETS
 from studio.engine.base.geometry import invert_transform, transform_points
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.fitting.cones import PARTS
 from studio.engine.seeing.fitting.confidence import _WEIGHTS, EVIDENCE, KINDS, evidence, expected_errors

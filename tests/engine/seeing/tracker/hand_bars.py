@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, matrices, transform_points
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.observer import Observer
 from studio.simulator.body.bones import BONE

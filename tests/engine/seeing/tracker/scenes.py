@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.cameras.depth import DepthCamera, DepthFrame
 from studio.engine.model.joints import INDEX
 from studio.simulator.body.performers import TUNING
 from studio.simulator.performer.motion import perform

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from studio.engine.model.depth import DepthCamera
+from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.human.humanoid import BODY_JOINTS
 from studio.engine.seeing.fitting.chain import Pose, chain_of, place_bodies, rotation_of, rows_of, vector_of
 from studio.engine.seeing.fitting.cones import (

@@ -7,7 +7,7 @@ import pytest
 
 from studio.engine.animation.motion.torture import arms_crossed
 from studio.engine.base.errors import FormatError
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.seeing.tracker import looking
 from studio.engine.seeing.tracker.skeletons import with_next
 from studio.engine.seeing.tracker.tracker import Tracker

@@ -8,7 +8,7 @@ import pytest
 from studio.engine.animation.motion.torture import arms_crossed
 from studio.engine.base.errors import CalibrationError, FormatError
 from studio.engine.model.calibration import Calibration, CameraCalibration
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.seeing.tracker.skeletons import POINTS, frame_sets, from_points, per_camera
 from studio.engine.seeing.tracker.tracker import Tracker
 from tests.engine.seeing.tracker.scenes import LIMBS, PUNCHES, recorded, simulated, truth_at

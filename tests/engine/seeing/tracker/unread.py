@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.animation.motion.authored import demo_motion
-from studio.engine.model.depth import DepthFrame
+from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.tracker.tracker import Tracker
 from studio.simulator.body.performers import SCORING, Actor

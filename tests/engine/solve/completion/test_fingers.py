@@ -8,7 +8,7 @@ from studio.engine.model.frames import FrameSet
 from studio.engine.model.human.hand import HINGES, SIDES, STATE, WRIST, HandModel
 from studio.engine.model.human.skeleton import Skeleton, forward_positions
 from studio.engine.model.joints import JOINT_COUNT
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.completion.finger_kernels import hand_points
 from studio.engine.solve.completion.fingers import Fingers, arm_of, hand_models
 from studio.engine.solve.completion.followed import FollowedSmoother

@@ -5,7 +5,7 @@ import pytest
 
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import INDEX, JOINT_COUNT, OUTPUT_INDEX
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.completion.floor import LEAST_HEIGHT, FloorContact
 from studio.engine.solve.pipeline import Pipeline
 from tests.engine.walkers import SECOND, camera_frame, performer, stage, standing

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from studio.engine.model.human.angles import configuration_of
 from studio.engine.model.human.skeleton import forward_positions, local_rotations
 from studio.engine.model.joints import CANONICAL, INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS, PARENTS
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.conditioning.after import ConditioningAfter
 from studio.engine.solve.conditioning.displacement import DEFAULT_M_S
 from tests.engine.walkers import humanoid, random_q, standing

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from studio.engine.model.settings import FILTERS as FILTERS_BY_SETTINGS
+from studio.engine.model.settings.settings import FILTERS as FILTERS_BY_SETTINGS
 from studio.engine.solve.conditioning.filters import FILTERS, Holt, OneEuro, RotationFilter
 
 DT = 1 / 60

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio.engine.model.joints import INDEX, JOINT_COUNT
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.fusion import make_fusion
 from studio.engine.solve.fusion.mean import MeanFusion
 from tests.engine.walkers import frame_set, standing

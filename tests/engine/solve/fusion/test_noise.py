@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studio.engine.model.joint_noise import covariances
+from studio.engine.model.cameras.joint_noise import covariances
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT
-from studio.engine.model.settings import SolveSettings, parse_settings
+from studio.engine.model.settings.settings import SolveSettings, parse_settings
 from studio.engine.solve.ik.effectors import HELD, pull_scale, resist_scale
 from studio.engine.solve.ik.solver import Solver
 from tests.engine.walkers import humanoid, site_positions

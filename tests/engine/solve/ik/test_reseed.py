@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studio.engine.model.joints import INDEX
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.ik.reseed import FADE_S, STUCK_M, STUCK_S, LimbReseed
 from studio.engine.solve.ik.solver import Solver
 from tests.engine.solve.ik.test_solver import (

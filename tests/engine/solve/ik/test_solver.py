@@ -5,7 +5,7 @@ import pytest
 
 from studio.engine.base.geometry import transform_points
 from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX, PARENTS
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.ik.solver import Solver
 from tests.engine.walkers import arms_swinging, camera_at, humanoid, only, random_q, site_positions, usual_q
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio.engine.model.joints import CANONICAL, JOINT_COUNT
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.ik.solver import Solver
 from studio.engine.solve.ik.twist import LEAST_SHARE, LimbTwists
 from tests.engine.walkers import humanoid, site_positions

@@ -8,10 +8,10 @@ import pytest
 from studio.engine.base.geometry import quaternions
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.model.calibration import CameraCalibration
+from studio.engine.model.cameras.lens import usual_lens
 from studio.engine.model.frames import CameraFrame, ClockModel, HandSeen, PictureJoints
 from studio.engine.model.human.face import LANDMARKS as FACE_LANDMARKS
 from studio.engine.model.joints import INDEX, JOINT_COUNT
-from studio.engine.model.lens import usual_lens
 from studio.engine.solve.timing.sync import HISTORY, MAX_AGE_NS, MAX_GAP_NS, Synchroniser
 from tests.engine.walkers import SECOND, arms_swinging, camera_at, camera_frame, recorded, stage
 

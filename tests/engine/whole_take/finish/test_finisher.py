@@ -11,7 +11,7 @@ from studio.engine.metrics.evaluate import evaluate
 from studio.engine.metrics.reference.reference import read_reference
 from studio.engine.model.human.ranges import dofs_of, range_rad
 from studio.engine.model.joints import INDEX, OUTPUT_INDEX
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take import finisher
 from studio.engine.whole_take.take import LIVE_SHARE, solve_frames
 from studio.simulator.simulate import simulate_take

@@ -11,7 +11,7 @@ from studio.engine.model.frames import CameraFrame
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import INDEX, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.model.settings import parse_settings
+from studio.engine.model.settings.settings import parse_settings
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.whole_take import finisher as finishing
 from studio.engine.whole_take.finisher import Finisher

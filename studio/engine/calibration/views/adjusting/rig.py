@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from studio.engine.calibration.views.seen.bodies import Array
 from studio.engine.model.calibration import CameraCalibration
-from studio.engine.model.triangulation import triangulate
+from studio.engine.model.triangulation.triangulation import triangulate
 
 TURN, SHIFT, FOCAL, BEND, AHEAD, CENTRE = slice(0, 3), slice(3, 6), 6, 7, 8, slice(9, 11)
 """Columns of a camera's unknowns: rotation vector, translation, logarithm of the focal length, distortion, clock,

@@ -8,7 +8,7 @@ from studio.engine.base.geometry import make_transform
 from studio.engine.base.sentences import about
 from studio.engine.calibration.views.seen.bodies import Array
 from studio.engine.model.calibration import Performer
-from studio.engine.model.lens import Lens
+from studio.engine.model.cameras.lens import Lens
 
 NOWHERE = make_transform(
     np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]), np.array([0.0, 0.0, 1.2])

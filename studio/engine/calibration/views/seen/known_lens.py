@@ -8,7 +8,7 @@ import numpy as np
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_value
-from studio.engine.model.lens import Lens, usual_lens
+from studio.engine.model.cameras.lens import Lens, usual_lens
 
 _FIELDS_DEG = (5.0, 170.0)
 _LARGEST_SHARE = 0.5

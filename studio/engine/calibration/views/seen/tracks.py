@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.calibration.views.seen.view import COLUMNS, OTHER_SIDE, View
-from studio.engine.model.lens import usual_lens
+from studio.engine.model.cameras.lens import usual_lens
 
 SMOOTH_S = 0.03
 """Deviation of the kernel that landmarks are smoothed with. All cameras are smoothed alike, so that joints in fast

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.joints import INDEX, MIRROR
-from studio.engine.model.lens import Lens
 
 JOINTS: tuple[str, ...] = (
     "head",

@@ -8,7 +8,7 @@ from studio.engine.base.geometry import fit_rigid, make_transform, rotation_betw
 from studio.engine.calibration.views.seen.bodies import Array
 from studio.engine.calibration.views.seen.tracks import ViewTrack, nearest
 from studio.engine.calibration.views.seen.view import NUMBER
-from studio.engine.model.guess import shift_equations
+from studio.engine.model.triangulation.guess import shift_equations
 
 _LEAST_JOINTS = 8
 _FAR_M = 0.25

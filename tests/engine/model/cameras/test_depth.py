@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studio.engine.model.depth import DepthCamera, points
+from studio.engine.model.cameras.depth import DepthCamera, points
 
 
 def test_a_wall_seen_by_a_pinhole_camera():

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.lens import Lens
+from studio.engine.model.cameras.lens import Lens
 
 _NEAR_MM, _FAR_MM = 500, 5000
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.compiled import compiled
-from studio.engine.model.guess import NEAREST_M
+from studio.engine.model.triangulation.guess import NEAREST_M
 
 Array = NDArray[np.float64]
 

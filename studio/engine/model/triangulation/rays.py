@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from studio.engine.base.geometry import transform_points
 from studio.engine.model.calibration import CameraCalibration
+from studio.engine.model.cameras.lens import Lens, usual_lens
 from studio.engine.model.frames import PictureJoints
-from studio.engine.model.guess import NEAREST_M, guessed_joints
 from studio.engine.model.joints import MIRROR
-from studio.engine.model.lens import Lens, usual_lens
-from studio.engine.model.triangulation import triangulate
+from studio.engine.model.triangulation.guess import NEAREST_M, guessed_joints
+from studio.engine.model.triangulation.triangulation import triangulate
 
 Array = NDArray[np.float64]
 

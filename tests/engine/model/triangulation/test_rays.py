@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from studio.engine.model.calibration import CameraCalibration
+from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.frames import CameraFrame, PictureJoints
 from studio.engine.model.human.anthropometry import anthropometric_positions
 from studio.engine.model.joints import INDEX, MIRROR
-from studio.engine.model.lens import Lens
-from studio.engine.model.rays import guessed, nearest_on_rays, on_rays, placed
+from studio.engine.model.triangulation.rays import guessed, nearest_on_rays, on_rays, placed
 from studio.engine.solve.timing.sync import Synchroniser
 
 LENS = Lens(900.0, 900.0, 359.5, 639.5, 720, 1280, (0.05, -0.1, 0.0, 0.001))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.joints import CANONICAL
-from studio.engine.model.settings import (
+from studio.engine.model.settings.settings import (
     PRESETS,
     SWITCHES,
     SolveSettings,
@@ -17,7 +17,7 @@ from studio.engine.model.settings import (
     preset,
     set_switch,
 )
-from studio.engine.model.switches import Effector
+from studio.engine.model.settings.switches import Effector
 from tests.engine.switch_values import CHOICES, RANGES
 from tests.refused import refused
 

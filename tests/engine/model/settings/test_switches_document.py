@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from studio.engine.model.settings import PRESETS, SWITCHES, SolveSettings
+from studio.engine.model.settings.settings import PRESETS, SWITCHES, SolveSettings
 from studio.engine.solve.conditioning.displacement import DEFAULT_M_S
 from tests.engine.switch_values import CHOICES, RANGES
 
-TEXT = (Path(__file__).parents[3] / "docs" / "switches.md").read_text(encoding="utf-8")
+TEXT = (Path(__file__).parents[4] / "docs" / "switches.md").read_text(encoding="utf-8")
 KEYS = [f.name for f in fields(SolveSettings)]
 SECTIONS = dict(re.findall(r"^### `(\w+)`\n(.*?)(?=^##|\Z)", TEXT, re.MULTILINE | re.DOTALL))
 

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.model.cameras.lens import Lens, usual_lens
 from studio.engine.model.frames import CameraFrame, PictureJoints
-from studio.engine.model.lens import Lens, usual_lens
 
 Array = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 import pytest
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.model.settings import SolveSettings, parse_settings
+from studio.engine.model.settings.settings import SolveSettings, parse_settings
 from tests.refused import refused
 
 DIFFERS = ["performer_2.smoothing=one_euro:before", "performer_2.effectors.left_hand.reach=0.5", "hands=off"]

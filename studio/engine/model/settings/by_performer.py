@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.model.switches import PerJoint
+from studio.engine.model.settings.switches import PerJoint
 
 _NAME = re.compile(r"performer_[1-9]\d*")
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.model.by_performer import ByPerformer, is_performer
 from studio.engine.model.joints import CANONICAL
-from studio.engine.model.switches import (
+from studio.engine.model.settings.by_performer import ByPerformer, is_performer
+from studio.engine.model.settings.switches import (
     Choice,
     Defaults,
     Effector,

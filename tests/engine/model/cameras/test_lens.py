@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studio.engine.model.lens import Lens
+from studio.engine.model.cameras.lens import Lens
 
 LENS = Lens(900.0, 905.0, 359.5, 639.5, 720, 1280, (0.08, -0.15, 0.001, -0.002, 0.05))
 

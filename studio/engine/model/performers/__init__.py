@@ -1,0 +1,4 @@
+"""What is chosen for performers.
+
+`colours` of their figures, `bodies` of the mannequin, and `exchange`, the operator's correction of who is who.
+"""
