@@ -1,4 +1,4 @@
-"""The command line: `studio COMMAND ...`, one module of `studio.commands` per command.
+"""The command line: `studio COMMAND ...`, one module of a room of `studio.commands` per command.
 
 Exit codes: 0 done, 1 failed (one line on standard error), 2 wrong use (an unknown option, setting or value).
 """
@@ -17,30 +17,31 @@ from studio.engine.base.sentences import Said
 ERRORS = "STUDIO_ERRORS"
 """Environment variable; `json` makes an error that has a code a line of JSON, for the server's own clients."""
 
-COMMANDS = (
-    "serve",
-    "certificate",
-    "camera",
-    "simulate",
-    "import",
-    "calibrate",
-    "solve",
-    "edit",
-    "splice",
-    "rigid",
-    "performers",
-    "evaluate",
-    "study",
-    "export",
-    "rig",
-    "robot",
-    "bench",
-    "prepare",
-    "doctor",
-    "config",
-    "batch",
-    "picture",
-)
+COMMANDS = {
+    "serve": "stage.serve",
+    "certificate": "stage.certificate",
+    "camera": "stage.camera",
+    "simulate": "takes.simulate",
+    "import": "takes.import_take",
+    "calibrate": "takes.calibrate",
+    "solve": "takes.solve",
+    "edit": "takes.edit",
+    "splice": "takes.splice",
+    "rigid": "takes.rigid",
+    "performers": "takes.performers",
+    "evaluate": "takes.evaluate",
+    "study": "lab.study",
+    "export": "takes.export",
+    "rig": "characters.rig",
+    "robot": "characters.robot",
+    "bench": "lab.bench",
+    "prepare": "stage.prepare",
+    "doctor": "stage.doctor",
+    "config": "stage.config",
+    "batch": "takes.batch",
+    "picture": "takes.picture",
+}
+"""The module of each command in `studio.commands`."""
 
 _DESCRIPTION = """\
 Markerless motion capture from several cameras, in the browser.
@@ -69,8 +70,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"studio {metadata.version('capture-studio')}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
-    for command in COMMANDS:
-        module = "import_take" if command == "import" else command
+    for module in COMMANDS.values():
         importlib.import_module(f"studio.commands.{module}").add_parser(subparsers)
     return parser
 

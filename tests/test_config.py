@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from studio.__main__ import make_parser
-from studio.commands.camera import chosen_token
+from studio.commands.stage.camera import chosen_token
 from studio.engine.base.errors import SettingsError
 from studio.server.config import Config, effective, read_token
 from studio.server.logs import JsonLines

@@ -4,7 +4,7 @@ import pytest
 
 from studio.__main__ import COMMANDS, main, make_parser
 from studio.commands.common import spread_settings, table
-from studio.commands.serve import is_first_run
+from studio.commands.stage.serve import is_first_run
 from tests.commands.program import studio, studio_process
 
 DESIGNED = ("serve", "camera", "simulate", "import", "calibrate", "solve", "evaluate", "study", "export", "bench",

@@ -5,8 +5,8 @@ import json
 
 import pytest
 
-from studio.commands.calibrate import add_parser
-from studio.commands.lenses import given_lenses, given_readouts
+from studio.commands.takes.calibrate import add_parser
+from studio.commands.takes.lenses import given_lenses, given_readouts
 from studio.engine.base.errors import SettingsError
 from studio.engine.calibration.views.seen.known_lens import KnownLens
 from tests.refused import refused

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from studio.__main__ import main
-from studio.commands.batch import find_takes
+from studio.commands.takes.batch import find_takes
 from studio.offline.batch.jobs import BatchJob, do
 from studio.offline.batch.run import run_jobs
 from tests.acceptance.processes import wait_until

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from studio.commands.characters.robot import add_sessions
 from studio.commands.common import add_command, add_json, add_take, figure, progress_bar, table, write_result
-from studio.commands.robot import add_sessions
 
 if TYPE_CHECKING:
     from studio.engine.metrics.results import Evaluation

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command
-from studio.commands.serve import chosen_config
+from studio.commands.stage.serve import chosen_config
 
 _TEXT = """\
 Make a certificate for this machine, so that phones can be cameras.

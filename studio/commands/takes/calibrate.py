@@ -83,7 +83,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.commands.lenses import given_lenses, given_readouts
+    from studio.commands.takes.lenses import given_lenses, given_readouts
     from studio.engine.seeing.board import Board
     from studio.offline.board import calibrated_by_board
     from studio.offline.tracking import calibrate_take, keep_calibration

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from studio.commands.characters.robot import add_sessions
 from studio.commands.common import add_command, add_take, progress_bar
-from studio.commands.robot import add_sessions
 
 if TYPE_CHECKING:
     from studio.engine.animation.export import ExportOptions

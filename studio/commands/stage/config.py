@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from studio.commands.common import add_command, add_json, table, write_result
-from studio.commands.serve import add_server_options, chosen_config
+from studio.commands.stage.serve import add_server_options, chosen_config
 
 _TEXT = """\
 Show the configuration in force and the origin of each value.

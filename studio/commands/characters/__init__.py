@@ -1,0 +1,1 @@
+"""Commands of characters: a user's rigs, and humanoid robots."""

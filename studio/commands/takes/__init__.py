@@ -1,0 +1,1 @@
+"""Commands of takes: making, calibrating, solving, editing, measuring, drawing and exporting them."""
