@@ -25,8 +25,8 @@ from studio.web.points.seen import DepthImages
 from studio.web.scene.drawing import Drawing, DrawnStep, Look, Wanted
 from studio.web.scene.gizmo import Gizmo
 from studio.web.scene.operator import OperatorView
+from studio.web.scene.performers.robot import ChosenRobot
 from studio.web.scene.pins import PinMarks
-from studio.web.scene.robot import ChosenRobot
 from studio.web.scene.scene import LAYERS
 
 _log = logging.getLogger(__name__)

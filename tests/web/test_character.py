@@ -5,7 +5,7 @@ import numpy as np
 from studio.engine.animation.mannequin.performer import bone_offsets, rest_positions
 from studio.engine.base.geometry import matrices, quaternions
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_PARENTS
-from studio.web.scene.character import Proportions
+from studio.web.scene.performers.character import Proportions
 from tests.review.render.figures import t_pose
 
 

@@ -6,7 +6,7 @@ import struct
 import numpy as np
 import pytest
 
-from studio.web.scene.contact import sizes, spot
+from studio.web.scene.performers.contact import sizes, spot
 
 
 def test_a_spot_is_a_soft_disc_that_hides_nothing_of_the_floor() -> None:

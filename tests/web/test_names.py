@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS
-from studio.web.scene.names import name_places
+from studio.web.scene.performers.names import name_places
 
 
 def standing(x, y=0.0, head_m=1.6):

@@ -17,7 +17,7 @@ from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
 from studio.web.playback.finder import TakeFinder
 from studio.web.playback.growing import GrowingClip
-from studio.web.scene.robot import ChosenRobot
+from studio.web.scene.performers.robot import ChosenRobot
 
 if TYPE_CHECKING:
     from studio.engine.robots.body.robot import Robot

@@ -12,7 +12,7 @@ import viser
 from numpy.typing import NDArray
 from viser._messages import SceneNodeUpdateMessage
 
-from studio.web.scene.skin import Rgb
+from studio.web.scene.performers.skin import Rgb
 
 ORIGIN_M = np.array([0.0, 0.0, 1.0])
 """Points are sent from here on: 16 bits are the finest about 0, so that the performer has the finest."""

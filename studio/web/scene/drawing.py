@@ -15,7 +15,7 @@ from studio.engine.model.joints import OUTPUT_INDEX
 from studio.web.scene.clouds import Cloud
 from studio.web.scene.frusta import Picture
 from studio.web.scene.operator import OperatorNodes, OperatorView
-from studio.web.scene.robot import ChosenRobot
+from studio.web.scene.performers.robot import ChosenRobot
 from studio.web.scene.scene import Scene
 
 LOST_AFTER_S = 0.6

@@ -14,13 +14,13 @@ from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import JOINT_COUNT
 from studio.web.scene.bodies import BodyNodes
 from studio.web.scene.clouds import Cloud, CloudNodes
-from studio.web.scene.figure import PerformerFigure
 from studio.web.scene.frusta import Frustum, Picture
-from studio.web.scene.names import name_places
 from studio.web.scene.palette import STRANGER_RGB, camera_colours
-from studio.web.scene.robot import ChosenRobot
-from studio.web.scene.skeletons import RawSkeleton
-from studio.web.scene.skin import send_frames_whole
+from studio.web.scene.performers.figure import PerformerFigure
+from studio.web.scene.performers.names import name_places
+from studio.web.scene.performers.robot import ChosenRobot
+from studio.web.scene.performers.skeletons import RawSkeleton
+from studio.web.scene.performers.skin import send_frames_whole
 
 LAYERS: dict[str, tuple[str, bool]] = {
     "character": ("Character", True),

@@ -4,9 +4,9 @@ import numpy as np
 import viser
 
 from studio.engine.model.frames import StepResult
-from studio.web.scene.character import Character
 from studio.web.scene.palette import GHOST_OPACITY, GHOST_RGB
-from studio.web.scene.skeletons import JointBalls, bones
+from studio.web.scene.performers.character import Character
+from studio.web.scene.performers.skeletons import JointBalls, bones
 
 _JOINT_RADIUS_M = 0.021
 _INSIDE_M = 0.4

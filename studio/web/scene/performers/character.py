@@ -16,9 +16,9 @@ from studio.engine.animation.mannequin.performer import bone_offsets, rest_posit
 from studio.engine.base.errors import FormatError
 from studio.engine.model.frames import StepResult
 from studio.engine.model.performers.bodies import BODIES
-from studio.web.scene.contact import ContactShadows
 from studio.web.scene.palette import BODY_RGB, JOINT_RGB
-from studio.web.scene.skin import Skin, joints_of
+from studio.web.scene.performers.contact import ContactShadows
+from studio.web.scene.performers.skin import Skin, joints_of
 
 Array = NDArray[np.float64]
 

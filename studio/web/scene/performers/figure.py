@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from studio.engine.model.frames import StepResult
 from studio.engine.model.performers.colours import performer_colour
-from studio.web.scene.character import Character
-from studio.web.scene.effectors import EffectorMarks
-from studio.web.scene.ghost import Ghost
 from studio.web.scene.palette import CAMERA_COLOURS
-from studio.web.scene.robot import ChosenRobot, RobotFigure
-from studio.web.scene.skeletons import FusedFigure, RawSkeleton, Trail
+from studio.web.scene.performers.character import Character
+from studio.web.scene.performers.effectors import EffectorMarks
+from studio.web.scene.performers.ghost import Ghost
+from studio.web.scene.performers.robot import ChosenRobot, RobotFigure
+from studio.web.scene.performers.skeletons import FusedFigure, RawSkeleton, Trail
 
 FIGURES = ("character", "fused", "raw", "effectors", "ghost", "trails")
 """Layers in which a performer has a part."""
