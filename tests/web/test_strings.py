@@ -7,7 +7,8 @@ from pathlib import Path
 import studio.web
 
 WEB = Path(studio.web.__file__).parent
-PARTS = sorted((WEB / "static" / "base" / "strings").glob("*.js"))
+BASE = WEB / "static" / "base"
+PARTS = sorted((BASE / "strings").rglob("*.js"))
 CODE = [path for path in (WEB / "static").glob("*/*.js") if path.name != "strings.js"]
 TEMPLATES = sorted((WEB / "templates").glob("*.html"))
 
@@ -82,6 +83,6 @@ def test_templates_show_the_english_words_until_the_script_runs() -> None:
 
 
 def test_all_parts_are_read() -> None:
-    code = (WEB / "static" / "base" / "strings.js").read_text(encoding="utf-8")
+    code = (BASE / "strings.js").read_text(encoding="utf-8")
     for path in PARTS:
-        assert f'"./strings/{path.name}"' in code
+        assert f'"./{path.relative_to(BASE).as_posix()}"' in code

@@ -135,7 +135,7 @@ def test_a_report_is_in_french_throughout():
 
 
 def test_french_says_the_same_as_the_page():
-    strings = Path(__file__).parents[3] / "studio" / "web" / "static" / "base" / "strings"
+    strings = Path(__file__).parents[3] / "studio" / "web" / "static" / "base" / "strings" / "takes"
     said = dict(
         (key, (english, french))
         for name in ("curves.js", "compare.js")

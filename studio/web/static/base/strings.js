@@ -1,35 +1,35 @@
 // Every word of the interface, in English and French: `t("key", {values})`, and `data-t` attributes in templates.
 //
-// The words stand in `strings/*.js`, a file per part of the page, as `"key": ["English", "French"]`. `{name}` is a
+// The words stand in `strings/`, a file per part of the page, as `"key": ["English", "French"]`. `{name}` is a
 // value; `{n} take|{n} takes` has a singular and a plural, chosen by the value `n`. An English text that is null
 // comes from the server, which `serverText` falls back to. `retell.js` notes what each text was made of, so that another language
 // is shown in place; what is drawn, or written as a language has dates, hears the window's `language`.
 import { own, remember, retellAll, retold } from "./retell.js";
 import access from "./strings/access.js";
-import blind from "./strings/blind.js";
-import calibration from "./strings/calibration.js";
-import cameras from "./strings/cameras.js";
-import curves from "./strings/curves.js";
-import compare from "./strings/compare.js";
-import exporting from "./strings/export.js";
-import graphs from "./strings/graphs.js";
+import blind from "./strings/takes/blind.js";
+import calibration from "./strings/stage/calibration.js";
+import cameras from "./strings/stage/cameras.js";
+import curves from "./strings/takes/curves.js";
+import compare from "./strings/takes/compare.js";
+import exporting from "./strings/takes/export.js";
+import graphs from "./strings/takes/graphs.js";
 import help from "./strings/help.js";
-import importing from "./strings/import.js";
-import mend from "./strings/mend.js";
+import importing from "./strings/takes/import.js";
+import mend from "./strings/takes/mend.js";
 import page from "./strings/page.js";
-import people from "./strings/people.js";
-import performers from "./strings/performers.js";
-import phone from "./strings/phone.js";
-import points from "./strings/points.js";
-import record from "./strings/record.js";
-import replay from "./strings/replay.js";
-import set from "./strings/set.js";
-import share from "./strings/share.js";
-import switches from "./strings/switches.js";
-import takes from "./strings/takes.js";
-import video from "./strings/video.js";
-import view from "./strings/view.js";
-import wizard from "./strings/wizard.js";
+import people from "./strings/stage/people.js";
+import performers from "./strings/stage/performers.js";
+import phone from "./strings/stage/phone.js";
+import points from "./strings/stage/points.js";
+import record from "./strings/stage/record.js";
+import replay from "./strings/takes/replay.js";
+import set from "./strings/stage/set.js";
+import share from "./strings/takes/share.js";
+import switches from "./strings/stage/switches.js";
+import takes from "./strings/takes/takes.js";
+import video from "./strings/takes/video.js";
+import view from "./strings/stage/view.js";
+import wizard from "./strings/stage/wizard.js";
 import work from "./strings/work.js";
 
 const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...mend, ...page, ...people, ...performers, ...phone, ...points, ...record, ...replay, ...set, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };

@@ -7,7 +7,7 @@ import { coverageShare } from "./coverage.js";
 import { follow } from "../base/events.js";
 import { toneOf, unknown } from "../base/fresh.js";
 import { POSING, sayingOf, soundsOf, stepOf } from "./guide.js";
-import { colourOf } from "../stage/people_colour.js";
+import { colourOf } from "../people/people_colour.js";
 import { isMuted, play, setMuted } from "../base/sound.js";
 import { said } from "../base/said.js";
 import { number, t } from "../base/strings.js";

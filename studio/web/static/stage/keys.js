@@ -4,7 +4,7 @@ import { undo } from "../base/messages.js";
 import { makeAgain } from "../edits/list.js";
 import { replayKey } from "../replay/replay.js";
 import { canOperate } from "../base/role.js";
-import { toggleWorkList } from "./work_list.js";
+import { toggleWorkList } from "../work/work_list.js";
 import { lookFrom } from "../view/viewpoint.js";
 import { inTextField, onKey } from "../view/viewer.js";
 import { toggleHelp } from "./help.js";

@@ -1,6 +1,6 @@
 // The replay page's controls. The page is one file without a server: the words are chosen by the browser's language.
 import { Players } from "./players.js";
-import texts from "../base/strings/share.js";
+import texts from "../base/strings/takes/share.js";
 
 const FRAME_S = 1 / 30;
 const FRENCH = navigator.language.toLowerCase().startsWith("fr");
