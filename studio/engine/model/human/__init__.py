@@ -1,2 +1,2 @@
 """The human model: `ranges` of every degree of freedom, `skeleton` (the output joints at rest and their
-forward kinematics), `model` (the MuJoCo humanoid that the solve drives)."""
+forward kinematics), `humanoid` (the MuJoCo model that the solve drives)."""
