@@ -13,7 +13,7 @@ from tests.acceptance.processes import wait_until
 
 CHROMIUM = Path(next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""))
 FLAGS = [
-    "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader",  # WebGL by software, the page itself cheaper
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run",
 ]  # fmt: skip
 WAIT_MS = 60_000
@@ -21,7 +21,7 @@ WAIT_MS = 60_000
 
 UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
   const next = window.requestAnimationFrame.bind(window);
-  window.requestAnimationFrame = (call) => setTimeout(() => next(call), 200);
+  window.requestAnimationFrame = (call) => setTimeout(() => next(call), 400);
   if (!location.search.includes("software")) {
     const { getContext } = HTMLCanvasElement.prototype, { getParameter } = WebGL2RenderingContext.prototype;
     HTMLCanvasElement.prototype.getContext = function (kind, how) {
@@ -32,7 +32,7 @@ UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
     };
   }
 }"""
-"""Has the 3D view draw some five frames a second, without multisampling: drawing by software would take a core from
+"""Has the 3D view draw two or three frames a second, without multisampling: drawing by software would take a core from
 all other tests. It takes the browser for one with a graphics card, so that pictures of one test have the same
 resolution; where `?software` is asked for, it knows."""
 
