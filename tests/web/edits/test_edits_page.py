@@ -72,16 +72,15 @@ def test_a_joint_is_dragged_to_its_place(address: str, take: Take, page: Page) -
     expect(page.locator("#edit-leave")).to_be_visible()
     assert patient.get(f"{address}/api/v1/view/gizmo").json()["place_m"] == pytest.approx(place)
 
-    def at(up_m: float) -> tuple[float, float]:
-        return pixel(page, [place[0], place[1], place[2] + up_m])
-
     def dragged() -> bool:
-        """Take hold of the arrow and drag it: the view may not have drawn it yet."""
-        page.mouse.move(*at(0.22))
+        """Take hold of the arrow and drag it: the view may not have drawn it yet, and is turned then."""
+        page.locator("#view-front").click()
+        way = [pixel(page, [place[0], place[1], place[2] + 0.22 + UP_M * step / 3]) for step in range(4)]
+        page.mouse.move(*way[0])
         page.wait_for_timeout(500)
         page.mouse.down()
-        for step in range(1, 4):
-            page.mouse.move(*at(0.22 + UP_M * step / 3))
+        for at in way[1:]:
+            page.mouse.move(*at)
             page.wait_for_timeout(250)
         page.mouse.up()
         page.wait_for_timeout(500)
