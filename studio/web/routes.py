@@ -144,6 +144,12 @@ def view_routes(view: LiveView, robots: ChosenRobots) -> APIRouter:
         shown = OperatorView(change.page, change.position_m, change.target_m, change.aspect)
         return OperatorPage(page=view.show_operator(shown, moved=change.moved))
 
+    @router.delete("/operator", status_code=204)
+    def close_operator_view(page: int) -> None:
+        """Tell that a page was closed: if its viewpoint is the operator's view, there is none until a page tells its
+        own."""
+        view.forget_operator(page)
+
     @router.get("/gizmo")
     async def get_gizmo() -> GizmoState:
         """The gizmo by which a joint is dragged to its place."""

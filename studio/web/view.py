@@ -214,6 +214,13 @@ class LiveView:
                 self._changed.notify()
             return self._operator.page
 
+    def forget_operator(self, page: int) -> None:
+        """There is no operator's view any longer where it was this page's, which has been closed."""
+        with self._changed:
+            if self._operator is not None and self._operator.page == page:
+                self._operator, self._operator_moved = None, True
+                self._changed.notify()
+
     def _wake(self) -> None:
         """Draw again: there are new clouds."""
         with self._changed:

@@ -32,8 +32,8 @@ UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
     };
   }
 }"""
-"""Has the 3D view draw two or three frames a second, without multisampling: drawing by software would take a core from
-all other tests. It takes the browser for one with a graphics card, so that pictures of one test have the same
+"""Has the 3D view draw two or three frames a second, without multisampling: drawing by software would take a core
+from all other tests. It takes the browser for one with a graphics card, so that pictures of one test have the same
 resolution; where `?software` is asked for, it knows."""
 
 expect.set_options(timeout=WAIT_MS)

@@ -166,6 +166,9 @@ def test_following_the_operator_is_a_choice(stage: str, browsers: Callable) -> N
     press(other, STAGE)
     at_rest(other)
     is_at(one, kept)
+    expect(one.locator("#view-operator")).to_be_enabled()
+    other.close()  # a view of a page that is gone is not offered
+    expect(one.locator("#view-operator")).to_be_disabled()
 
 
 def test_what_the_operator_sees_is_in_a_narrower_picture_too(stage: str, browsers: Callable) -> None:

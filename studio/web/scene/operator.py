@@ -11,6 +11,7 @@ FROM_NODE, AT_NODE, PAGE_NODE = "/operator/from", "/operator/at", "/operator/pag
 """Invisible nodes. Their positions are where the operator's camera stands, the point in the middle of its picture
 (stage frame [m]), and the page's number with its picture's width over height.
 """
+_NODES = (FROM_NODE, AT_NODE, PAGE_NODE)
 
 
 @dataclass(frozen=True)
@@ -37,13 +38,17 @@ class OperatorNodes:
         self._shown: OperatorView | None = None
 
     def show(self, view: OperatorView | None) -> None:
-        """Tell the browsers a view, if it is another one."""
-        if view is None or view == self._shown:
+        """Tell the browsers a view, if it is another one, or that there is none any longer."""
+        if view == self._shown:
             return
-        if self._shown is None:
-            for node in (FROM_NODE, AT_NODE, PAGE_NODE):
+        before, self._shown = self._shown, view
+        if view is None:
+            for node in _NODES:
+                self._scene.remove_by_name(node)
+            return
+        if before is None:
+            for node in _NODES:
                 self._scene.add_frame(node, show_axes=False, visible=False)
-        self._shown = view
         for node, position in (
             (FROM_NODE, view.position_m),
             (AT_NODE, view.target_m),

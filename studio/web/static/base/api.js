@@ -36,6 +36,8 @@ const call = async (method, path, body) => heard(await request(method, path, bod
 
 export const getView = () => call("GET", "view");
 export const changeView = (change) => call("PUT", "view", change);
+/** The page may be gone before the server answers. */
+export const deleteOperatorView = (page) => fetch(new URL(`view/operator?page=${page}`, ROOT), { method: "DELETE", keepalive: true }).catch(() => null);
 export const putOperatorView = (view) => call("PUT", "view/operator", view);
 
 /** Return the server's time [s], and when the browser's network process sent the request and had the answer [ms of `performance`]:

@@ -1,6 +1,6 @@
 // Tells the server where this page looks from, as the operator's view, which other browsers can follow: of several pages of the
 // operator it takes the one that was moved last.
-import { putOperatorView } from "../base/api.js";
+import { deleteOperatorView, putOperatorView } from "../base/api.js";
 import { canOperate } from "../base/role.js";
 
 const PAUSE_MS = 50;
@@ -26,4 +26,9 @@ export async function tellOperatorView({ position, target, aspect }, moved, hear
     await new Promise((resolve) => { setTimeout(resolve, PAUSE_MS); });
   }
   telling = false;
+}
+
+/** Tell that this page was closed: its view can be followed no longer. */
+export function closeOperatorView() {
+  if (canOperate()) deleteOperatorView(page);
 }

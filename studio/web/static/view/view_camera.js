@@ -34,7 +34,7 @@
       if (message.type === "RemoveSceneNodeMessage") told[message.name] = null;
     }
     Object.assign(scene, told);
-    if (OPERATOR.some((name) => told[name])) for (const name of OPERATOR) told[name] = scene[name];
+    if (OPERATOR.some((name) => name in told)) for (const name of OPERATOR) told[name] = scene[name];
     if (Object.keys(told).length) tell({ type: "scene", told });
   }
 

@@ -3,7 +3,7 @@
 import { getSpace } from "../base/api.js";
 import { byId } from "../base/dom.js";
 import { add, length, middle, sub, turned, wholeMotion, wholePerformers, wholeStage, widened } from "./framing.js";
-import { isOperatorView, tellOperatorView } from "./operator_view.js";
+import { closeOperatorView, isOperatorView, tellOperatorView } from "./operator_view.js";
 
 /** Places that go on until another one is chosen. */
 export const GOING = ["orbit", "follow"];
@@ -174,6 +174,10 @@ function hearScene(told) {
     setSource(isOperatorView(page));
     changed();
     copyOperator();
+  } else if ("/operator/page" in told) { // its page was closed
+    seen.operator = null;
+    changed();
+    publish(state.source);
   }
   frame();
   goAlong();
@@ -225,6 +229,8 @@ export function startViewpoint(onChange) {
   changed = onChange;
   window.addEventListener("message", hear);
   byId("viewer").contentWindow.postMessage({ type: "hello" }, location.origin);
+  window.addEventListener("pagehide", closeOperatorView);
+  window.addEventListener("pageshow", ({ persisted }) => { if (persisted) publish(state.source); });
   if (state.place === "orbit") requestAnimationFrame(turn);
   changed();
 }
