@@ -1,16 +1,14 @@
 """Which rigid bodies come in, and what they are: `sessions/rigid_bodies.json`, so that it holds after a restart."""
 
 import ipaddress
-import json
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 from msgspec import Struct
 
 from studio.engine.base.addresses import is_host
-from studio.engine.base.errors import SettingsError, StudioError
-from studio.engine.base.files import write_json
+from studio.engine.base.choices import load_choices, save_choices
 from studio.engine.base.versions import RIGID_BODIES
 from studio.engine.rigid_bodies.known import BodyPlace, KnownBody, TakeBodies, Tie, bad_value, check_bodies
 from studio.rigid_bodies.natnet import PORT as NATNET_PORT
@@ -90,21 +88,13 @@ def load_rigid_settings(sessions: Path) -> RigidSettings:
     Raises:
         SettingsError: the file cannot be read.
     """
-    path = sessions / FILE
-    if not path.is_file():
-        return RigidSettings()
-    try:
-        value = RIGID_BODIES.current(json.loads(path.read_text(encoding="utf-8")), path.name)
+
+    def read(value: dict[str, Any]) -> RigidSettings:
         settings = msgspec.convert(value, RigidSettings)
         settings.check()
-    except (OSError, ValueError, TypeError, AttributeError, RecursionError, StudioError) as error:
-        raise SettingsError(
-            "rigid.unreadable",
-            "rigid bodies cannot be read from {file} ({error}); delete the file and set them again",
-            file=path.name,
-            error=error,
-        ) from error
-    return settings
+        return settings
+
+    return load_choices(sessions / FILE, RIGID_BODIES, read, RigidSettings())
 
 
 def save_rigid_settings(sessions: Path, settings: RigidSettings) -> None:
@@ -113,4 +103,4 @@ def save_rigid_settings(sessions: Path, settings: RigidSettings) -> None:
     Raises:
         StudioError: the file cannot be written.
     """
-    write_json(sessions / FILE, RIGID_BODIES.stamped(msgspec.to_builtins(settings)))
+    save_choices(sessions / FILE, RIGID_BODIES, msgspec.to_builtins(settings))

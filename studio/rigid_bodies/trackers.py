@@ -14,7 +14,7 @@ from studio.engine.base.quaternions import multiply
 from studio.engine.rigid_bodies.known import MOST_BODIES
 from studio.engine.rigid_bodies.reading import BodyReading
 from studio.rigid_bodies.natnet import is_pose
-from studio.rigid_bodies.osc import NotOscError, OscMessage, osc_messages
+from studio.wire.osc import NotOscError, OscMessage, osc_messages
 
 PORT = 39540
 LONGEST = 8192

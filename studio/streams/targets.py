@@ -1,12 +1,12 @@
 """Receivers of live output: `sessions/outputs.json`, a list of targets that survives a restart."""
 
-import json
 from pathlib import Path
+from typing import Any
 
 from msgspec import Struct, structs
 
-from studio.engine.base.errors import SettingsError, StudioError
-from studio.engine.base.files import write_json
+from studio.engine.base.choices import load_choices, save_choices
+from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_setting
 from studio.engine.base.versions import OUTPUTS
 from studio.engine.robots.files import FOLDER, robot_table
@@ -119,19 +119,11 @@ def load_targets(sessions: Path) -> list[Target]:
     Raises:
         SettingsError: the file cannot be read.
     """
-    path = sessions / FILE
-    if not path.is_file():
-        return []
-    try:
-        value = json.loads(path.read_text(encoding="utf-8"))
-        return [Target(**item) for item in OUTPUTS.current(value, path.name)["targets"]]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, StudioError) as error:
-        raise SettingsError(
-            "output.unreadable",
-            "live outputs cannot be read from {file} ({error}); delete the file and add them again",
-            file=path.name,
-            error=error,
-        ) from error
+
+    def read(value: dict[str, Any]) -> list[Target]:
+        return [Target(**item) for item in value["targets"]]
+
+    return load_choices(sessions / FILE, OUTPUTS, read, [])
 
 
 def save_targets(sessions: Path, targets: list[Target]) -> None:
@@ -140,4 +132,4 @@ def save_targets(sessions: Path, targets: list[Target]) -> None:
     Raises:
         StudioError: the file cannot be written.
     """
-    write_json(sessions / FILE, OUTPUTS.stamped({"targets": [structs.asdict(target) for target in targets]}))
+    save_choices(sessions / FILE, OUTPUTS, {"targets": [structs.asdict(target) for target in targets]})

@@ -1,11 +1,10 @@
 """The chosen source of timecode: `sessions/timecode.json`, so that it is listened to again after a restart."""
 
-import json
 import logging
 from pathlib import Path
 
-from studio.engine.base.errors import StudioError
-from studio.engine.base.files import write_json
+from studio.engine.base.choices import load_choices, save_choices
+from studio.engine.base.errors import SettingsError
 from studio.engine.base.versions import CHOSEN_TIMECODE
 from studio.timecode.incoming import IncomingTimecode
 
@@ -15,14 +14,15 @@ _log = logging.getLogger(__name__)
 
 def choose_stored(sessions: Path, incoming: IncomingTimecode) -> None:
     """Listen to what was chosen last; a file that cannot be read counts as none."""
-    path = sessions / FILE
-    if not path.is_file():
-        return
     try:
-        value = CHOSEN_TIMECODE.current(json.loads(path.read_text(encoding="utf-8")), path.name)
-        incoming.choose(str(value["source"]), str(value["rate"]))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, StudioError) as error:
-        _log.warning("%s cannot be used: %s", path, error)
+        load_choices(
+            sessions / FILE,
+            CHOSEN_TIMECODE,
+            lambda value: incoming.choose(str(value["source"]), str(value["rate"])),
+            None,
+        )
+    except SettingsError as error:
+        _log.warning("%s", error)
 
 
 def choose_at_first(sessions: Path, incoming: IncomingTimecode, source: str, rate: str) -> None:
@@ -43,4 +43,4 @@ def choose_and_store(sessions: Path, incoming: IncomingTimecode, source: str, ra
         StudioError: the disk refuses.
     """
     incoming.choose(source, rate)
-    write_json(sessions / FILE, CHOSEN_TIMECODE.stamped({"source": source, "rate": rate}))
+    save_choices(sessions / FILE, CHOSEN_TIMECODE, {"source": source, "rate": rate})

@@ -6,8 +6,8 @@ The answer has `recording` or `idle`, the take as session/name, the timecode now
 
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-from studio.rigid_bodies.osc import NotOscError, OscMessage, osc_messages
 from studio.triggers.command import TriggerCommand
+from studio.wire.osc import NotOscError, OscMessage, osc_messages
 
 PORT = 9500
 LONGEST = 8192

@@ -1,15 +1,16 @@
 """Which triggers are on: `sessions/triggers.json`, so that they are on again after a restart."""
 
-import json
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
 import msgspec
 from msgspec import Struct
 
 from studio.engine.base.addresses import is_host
-from studio.engine.base.errors import SettingsError, StudioError
-from studio.engine.base.files import write_json
+from studio.engine.base.choices import load_choices, save_choices
+from studio.engine.base.errors import SettingsError
+from studio.engine.base.value_sentences import bad_setting
 from studio.engine.base.versions import TRIGGERS
 from studio.triggers.capture_xml import PORT as XML_PORT
 from studio.triggers.osc import PORT as OSC_PORT
@@ -93,13 +94,7 @@ class TriggerSettings(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def _bad(name: str, value: object, allowed: str) -> SettingsError:
-    return SettingsError(
-        "trigger.value",
-        "{name}={value} is not allowed; allowed: {allowed}",
-        name=name,
-        value=value,
-        allowed=allowed,
-    )
+    return SettingsError(bad_setting(name, value, allowed))
 
 
 def _within(name: str, value: int, low: int, high: int) -> None:
@@ -113,21 +108,13 @@ def load_triggers(sessions: Path) -> TriggerSettings:
     Raises:
         SettingsError: the file cannot be read.
     """
-    path = sessions / FILE
-    if not path.is_file():
-        return TriggerSettings()
-    try:
-        value = TRIGGERS.current(json.loads(path.read_text(encoding="utf-8")), path.name)
+
+    def read(value: dict[str, Any]) -> TriggerSettings:
         settings = msgspec.convert(value, TriggerSettings)
         settings.check()
-    except (OSError, ValueError, TypeError, AttributeError, RecursionError, StudioError) as error:
-        raise SettingsError(
-            "trigger.unreadable",
-            "triggers cannot be read from {file} ({error}); delete the file and set them again",
-            file=path.name,
-            error=error,
-        ) from error
-    return settings
+        return settings
+
+    return load_choices(sessions / FILE, TRIGGERS, read, TriggerSettings())
 
 
 def save_triggers(sessions: Path, settings: TriggerSettings) -> None:
@@ -136,4 +123,4 @@ def save_triggers(sessions: Path, settings: TriggerSettings) -> None:
     Raises:
         StudioError: the file cannot be written.
     """
-    write_json(sessions / FILE, TRIGGERS.stamped(msgspec.to_builtins(settings)))
+    save_choices(sessions / FILE, TRIGGERS, msgspec.to_builtins(settings))

@@ -1,4 +1,4 @@
-"""The wire protocol between camera clients and the server: `messages`, and their `arrays`."""
+"""Messages between programs: the protocol of camera clients (`messages`, their `arrays`), and OSC packets (`osc`)."""
 
 from studio.wire.arrays import (
     HAND_LANDMARKS,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.quaternions import multiply, rotate
+from studio.engine.base.value_sentences import bad_setting
 from studio.engine.model.joints import INDEX
 from studio.engine.model.rigid_body import RigidShape
 
@@ -146,10 +147,5 @@ def _check_shape(shape: RigidShape) -> None:
 
 def bad_value(name: str, value: object, allowed: str) -> SettingsError:
     """Return the error for a value that is not allowed."""
-    return SettingsError(
-        "rigid.value",
-        "{name}={value} is not allowed; allowed: {allowed}",
-        name=name,
-        value=str(value)[:200],
-        allowed=allowed,
-    )
+    shown = value if isinstance(value, int) else str(value)[:200]
+    return SettingsError(bad_setting(name, shown, allowed))

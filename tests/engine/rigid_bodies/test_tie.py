@@ -129,4 +129,4 @@ def test_shapes_of_texts():
     for wrong in ("cone:1,2", "box:1,2", "sphere:-1", "cylinder:1,nan", "sphere:"):
         with pytest.raises(SettingsError) as caught:
             shape_of(wrong)
-        assert caught.value.code == "rigid.value"
+        assert caught.value.code == "settings.value"
