@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.rigid_bodies.known import shape_of
@@ -21,6 +20,7 @@ from studio.simulator.performer.prop import HeldProp, holding
 from studio.simulator.rig import standard_rig
 from studio.simulator.sensor.sensors import find_sensor
 from studio.simulator.sensor.stage import DepthStage
+from tests.engine.seeing.props.moving import errors
 
 _HZ, _ROOM_IMAGES = 30.0, 24
 _LATER_S = (0.0, 0.011, -0.009, 0.005)
@@ -54,12 +54,7 @@ def main(text: str, cameras: int, seconds: float, sensor: str) -> None:
     if found is None:
         print(f"{text}, {cameras} {sensor}: not found")
         return
-    truth = [prop.pose(float(time_s)) for time_s in found.time_s]
-    away = 1e3 * np.linalg.norm(found.places_m - np.array([place for place, _ in truth]), axis=1)
-    axis = int(shape.edges_m.argmax())
-    own = Rotation.from_quat(found.rotations_wxyz, scalar_first=True).as_matrix()[:, :, axis]
-    cosine = np.abs([a @ turn[:, axis] for a, (_, turn) in zip(own, truth, strict=True)])
-    degrees = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
+    away, degrees = errors(prop, found)
     mm, deg = np.percentile(away, [50, 95]).round(1), np.percentile(degrees, [50, 95]).round(1)
     share = 100 * len(found.time_s) / len(times)
     print(

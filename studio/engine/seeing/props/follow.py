@@ -29,8 +29,8 @@ _KEPT = 0.5
 """Share of a velocity's change that is believed."""
 
 _FASTEST_M_S, _FASTEST_RAD_S = 12.0, 40.0
-_LEAST_S = 0.2
-"""A shorter piece is not believed."""
+_LEAST_S, _LOST = 0.2, 2
+"""A shorter piece is not believed; instants further apart than this, in which it was lost, part pieces."""
 
 _SMOOTH = 7
 
@@ -199,7 +199,7 @@ def _smooth(time_s: Array, poses: dict[int, PropPose], shape: RigidShape) -> Fol
     places = np.array([poses[k].place_m for k in numbers.tolist()])
     turns = continuous_signs(quaternions(np.array([poses[k].turn for k in numbers.tolist()])))
     times = time_s[numbers]
-    cuts = np.flatnonzero(np.diff(times) > _COAST_S) + 1
+    cuts = np.flatnonzero(np.diff(numbers) > _LOST) + 1
     kept = []
     for piece in np.split(np.arange(len(numbers)), cuts):
         if times[piece[-1]] - times[piece[0]] < _LEAST_S:

@@ -54,7 +54,7 @@ def looks(cameras, images):
     return lambda k: [one.see(images[i][k], AFTER_S[i], []) for i, one in enumerate(mine)]
 
 
-def errors(prop: MovingProp, found) -> tuple[np.ndarray, np.ndarray]:
+def errors(prop, found) -> tuple[np.ndarray, np.ndarray]:
     """Return how far a followed prop is from where it was [mm], and its longest axis [degrees]."""
     truth = [prop.pose(float(time_s)) for time_s in found.time_s]
     away = np.linalg.norm(found.places_m - np.array([place for place, _ in truth]), axis=1) * 1e3
