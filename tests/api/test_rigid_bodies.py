@@ -114,6 +114,7 @@ def test_bodies_are_shown_recorded_measured_and_exported(studio, cameras, motive
     answer = studio.http.patch("/rigid-bodies", json={"like_take": f"tests/{take.path.name}"})
     assert answer.status_code == 200, answer.text
     assert set(answer.json()["settings"]["ties"]) == {"Wand", "Cap"}
+    assert answer.json()["measured"] == [f"tests/{take.path.name}"]
     again, _ = record(studio, cameras, *[nothing] * 2)
     events = [one.event for one in read_raw(again.raw_path) if isinstance(one, RawEvent)]
     told = [set(one.pinned.get("performer_1", {})) for one in events if isinstance(one, TickEvent)]

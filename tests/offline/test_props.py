@@ -7,12 +7,14 @@ import pytest
 
 from studio.__main__ import main
 from studio.engine.base.errors import FormatError, SettingsError
+from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.cameras.depth import DepthFrame
-from studio.engine.model.joints import OUTPUT_OF_CANONICAL
+from studio.engine.model.joints import INDEX, OUTPUT_OF_CANONICAL
 from studio.engine.model.poses import Poses
 from studio.engine.rigid_bodies.known import KnownBody, shape_of
 from studio.offline.props import find_prop_of
+from studio.take.folder.solved import solved_performers
 from studio.take.rigid_bodies.kept import take_bodies, take_tracks
 from studio.take.rigid_bodies.replayed import ReplayedBodies
 from tests import poses_factory
@@ -57,7 +59,7 @@ def seen(tmp_path_factory):
 
 
 def test_a_prop_that_cameras_saw(seen, tmp_path, capsys):
-    prop, take, _ = seen
+    prop, take, poses = seen
     path = str(take.path)
     assert (
         main(["rigid", path, "find", "Stick", "shape=cylinder:3,90", "joint=right_hand", "solve=studio"]) == 0
@@ -79,7 +81,11 @@ def test_a_prop_that_cameras_saw(seen, tmp_path, capsys):
     assert (shown.name, shown.use) == ("Stick", "prop")
     np.testing.assert_allclose(shown.position_m, track.positions_m[5], atol=1e-6)
 
-    # exported as its own bones, held by the hand
+    # exported as its own bones, held by the hand, and so shown with the solve
+    (held,) = ReplayedBodies.of(take, solved_performers(take, "studio")).at(float(track.time_s[15]))
+    hand = canonical_positions(poses)[:, INDEX["right_hand"]]
+    (grip,) = [held.position_m - [np.interp(track.time_s[15], poses.time_s, one) for one in hand.T]]
+    assert np.linalg.norm(grip) == pytest.approx(0.2, abs=0.03)
     out = tmp_path / "stick.csv"
     assert (
         main(["export", path, "--solve", "studio", "--prop", "Stick", "--format", "csv", "--out", str(out)])

@@ -6,6 +6,9 @@ import socket
 import pytest
 from playwright.sync_api import expect
 
+from studio.engine.rigid_bodies.known import KnownBody, TakeBodies, Tie
+from studio.take.folder.take import Take
+from studio.take.rigid_bodies.kept import save_take_bodies
 from tests.acceptance.program import studio_program
 from tests.rigid_bodies.test_packets import message
 from tests.triggers.test_packets import osc
@@ -58,3 +61,16 @@ def test_timecode_is_shown_and_a_trigger_is_heard(tmp_path, chromium):
         page.locator("#set-title-fold").focus()
         expect(page.get_by_label("Use of tracker 1")).to_contain_text("evidence")
         expect(page.locator("#rigid")).to_contain_text("rigid bodies come in")
+
+        # as evidence, as it was measured in a take
+        expect(page.locator("#rigid-like")).to_contain_text("no take was measured")
+        page.get_by_label("Use of tracker 1").select_option("evidence")
+        page.locator("#set-title-fold").focus()
+        expect(page.locator("#rigid")).to_contain_text("pins nothing live")
+        take = Take.create(tmp_path / "monday" / "range", session="monday", name="range", source="live")
+        known = KnownBody("tracker 1", use="evidence", joint="right_wrist")
+        save_take_bodies(take, TakeBodies(bodies=(known,), ties={"tracker 1": Tie((0.0, 0.0, 0.1), 12.3)}))
+        page.locator("#set-title").hover()
+        page.locator("#rigid h3").hover()
+        page.locator("#rigid-like").select_option("monday/range")
+        expect(page.locator("#rigid")).to_contain_text("pins right wrist live; measured to 12 mm")

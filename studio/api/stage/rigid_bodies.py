@@ -1,6 +1,7 @@
 """Routes of the rigid bodies that come in."""
 
-from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -11,12 +12,14 @@ from pydantic import Field
 from studio.api.errors import RESPONSES
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
-from studio.engine.base.errors import SettingsError
+from studio.api.takes.find import Finder
+from studio.engine.base.errors import SettingsError, StudioError
 from studio.live import LiveStage
 from studio.rigid_bodies.incoming import RigidStatus
 from studio.rigid_bodies.settings import RigidSettings
 from studio.take.folder.take import Take
-from studio.take.rigid_bodies.kept import take_bodies
+from studio.take.library.sessions import take_ids
+from studio.take.rigid_bodies.kept import KNOWN_FILE, take_bodies
 
 
 class RigidBodiesRequest(Request):
@@ -49,18 +52,20 @@ class RigidBodiesRequest(Request):
 
 
 class RigidBodiesShown(Struct):
-    """The settings, and what came."""
+    """The settings, what came, and the takes, session/name, that `like_take` may name: those that were measured."""
 
     settings: RigidSettings
     status: RigidStatus
+    measured: list[str]
 
 
-def rigid_bodies_router(stage: LiveStage, take_of: Callable[[str], Take]) -> APIRouter:
-    """Return the routes of rigid bodies; `take_of` returns a take by its id."""
+def rigid_bodies_router(stage: LiveStage, finder: Finder) -> APIRouter:
+    """Return the routes of rigid bodies."""
     router = APIRouter(prefix="/api/v1", tags=["stage"], responses=RESPONSES, route_class=StructRoute)
 
     def shown() -> RigidBodiesShown:
-        return RigidBodiesShown(stage.bodies.settings, stage.bodies.status())
+        measured = _measured_takes(finder.sessions)
+        return RigidBodiesShown(stage.bodies.settings, stage.bodies.status(), measured)
 
     @router.get("/rigid-bodies")
     def get_rigid_bodies() -> RigidBodiesShown:
@@ -73,7 +78,7 @@ def rigid_bodies_router(stage: LiveStage, take_of: Callable[[str], Take]) -> API
         changes = request.model_dump(exclude_none=True, exclude={"like_take"})
         value = {
             **msgspec.to_builtins(stage.bodies.settings),
-            **_measured(take_of, request.like_take),
+            **_measured(finder, request.like_take),
             **changes,
         }
         try:
@@ -88,9 +93,21 @@ def rigid_bodies_router(stage: LiveStage, take_of: Callable[[str], Take]) -> API
     return router
 
 
-def _measured(take_of: Callable[[str], Take], take_id: str | None) -> dict[str, Any]:
+def _measured_takes(sessions: Path) -> list[str]:
+    """Return the ids of the takes in which it was measured how bodies sit on joints; without those that cannot be
+    read."""
+    found = []
+    for take_id in take_ids(sessions):
+        if (sessions / take_id / KNOWN_FILE).is_file():
+            with suppress(StudioError):
+                if take_bodies(Take.open(sessions / take_id)).ties:
+                    found.append(take_id)
+    return found
+
+
+def _measured(finder: Finder, take_id: str | None) -> dict[str, Any]:
     """Return the settings that were measured in a take; none without a take."""
     if take_id is None:
         return {}
-    known = msgspec.to_builtins(take_bodies(take_of(take_id)))
+    known = msgspec.to_builtins(take_bodies(finder.by_id(take_id)))
     return {key: known[key] for key in ("place", "bodies", "later_s", "ties")}

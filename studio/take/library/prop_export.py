@@ -5,13 +5,12 @@ from dataclasses import replace
 
 from studio.engine.animation.clip.options import ExportOptions
 from studio.engine.animation.export import exporter_of
-from studio.engine.rigid_bodies.props import HANDS, prop_poses
 from studio.take.folder.names import safe_name
 from studio.take.folder.solved import solved_performers
 from studio.take.folder.take import Take
 from studio.take.library.solve_export import ToExport
 from studio.take.rigid_bodies.kept import take_bodies
-from studio.take.rigid_bodies.used import no_such_body, stage_bodies
+from studio.take.rigid_bodies.used import no_such_body, prop_in_hand, stage_bodies
 
 
 def props_to_export(
@@ -40,17 +39,7 @@ def props_to_export(
     for name in names:
         if name not in tracks:
             raise no_such_body(take, name)
-        one = known.named(name)
-        holders = [
-            each.poses
-            for each in performers
-            if one is None or not one.joint or each.performer == one.performer
-        ]
-        hands = HANDS if one is None or one.joint not in HANDS else (one.joint,)
-        shape = None if one is None else one.shape
-        poses = prop_poses(
-            safe_name(name, "prop"), tracks[name], shape, holders or [performers[0].poses], hands
-        )
+        poses = prop_in_hand(safe_name(name, "prop"), tracks[name], known.named(name), performers)
         mine = replace(options, mesh=bare, target="humanik", root_motion="hips", foot_lock=False, loop=False)
         found.append(ToExport(safe_name(name, "prop"), poses, mine))
     return found

@@ -1,17 +1,19 @@
 """The rigid bodies of a take at any time of its replay."""
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from studio.engine.base.errors import StudioError
 from studio.engine.model.rigid_body import PlacedBody
-from studio.engine.rigid_bodies.known import TakeBodies
-from studio.engine.rigid_bodies.tracks import BodyTracks
+from studio.engine.rigid_bodies.known import KnownBody, TakeBodies
+from studio.engine.rigid_bodies.tracks import BodyTrack, BodyTracks
+from studio.take.folder.solved import SolvedPerformer
 from studio.take.folder.take import Take
 from studio.take.rigid_bodies.kept import take_bodies
-from studio.take.rigid_bodies.used import stage_bodies
+from studio.take.rigid_bodies.used import prop_in_hand, stage_bodies
 
 _log = logging.getLogger(__name__)
 
@@ -24,11 +26,17 @@ class ReplayedBodies:
     known: TakeBodies = field(default_factory=TakeBodies)
 
     @classmethod
-    def of(cls, take: Take) -> "ReplayedBodies":
-        """Return those of a take; none where a file is damaged."""
+    def of(cls, take: Take, performers: Sequence[SolvedPerformer] = ()) -> "ReplayedBodies":
+        """Return those of a take, props tied to the hands of a solve's performers that hold them, as they are
+        exported; none where a file is damaged."""
         try:
             known = take_bodies(take)
-            return cls(stage_bodies(take, known), known)
+            found = stage_bodies(take, known)
+            props = [one for one in known.bodies if one.use == "prop" and one.name in found.tracks]
+            held = {
+                one.name: _in_hand(found.tracks[one.name], one, performers) for one in props if performers
+            }
+            return cls(BodyTracks({**found.tracks, **held}, found.on_stage), known)
         except StudioError as error:
             _log.warning("%s", error)
             return NO_BODIES
@@ -43,6 +51,15 @@ class ReplayedBodies:
                 said = ("", None) if one is None else (one.use, one.shape)
                 found.append(PlacedBody(name, positions[0], rotations[0], *said))
         return tuple(found)
+
+
+def _in_hand(track: BodyTrack, body: KnownBody, performers: Sequence[SolvedPerformer]) -> BodyTrack:
+    """Return a prop's motion at a solve's instants at which it was seen; as it is where it was seen at none."""
+    poses = prop_in_hand(body.name, track, body, performers)
+    seen = poses.confidence[:, 0] > 0
+    if not seen.any():
+        return track
+    return BodyTrack(poses.time_s[seen], poses.positions_m[seen, 0], poses.rotations_wxyz[seen, 0])
 
 
 NO_BODIES = ReplayedBodies()

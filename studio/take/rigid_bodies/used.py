@@ -16,9 +16,10 @@ from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.model.poses import Poses
 from studio.engine.rigid_bodies.known import KnownBody, TakeBodies, Tie
 from studio.engine.rigid_bodies.pins import BodyPins
+from studio.engine.rigid_bodies.props import HANDS, prop_poses
 from studio.engine.rigid_bodies.tie import joint_places_m, measure_ties
 from studio.engine.rigid_bodies.tracks import BodyTrack, BodyTracks
-from studio.take.folder.solved import solved_performers
+from studio.take.folder.solved import SolvedPerformer, solved_performers
 from studio.take.folder.take import PERFORMER, Take
 from studio.take.rigid_bodies.kept import save_take_bodies, take_bodies, take_tracks
 
@@ -52,6 +53,25 @@ def name_body(take: Take, body: KnownBody) -> TakeBodies:
     found = msgspec.structs.replace(known, bodies=(*mine, *(() if before else (body,))), ties=ties)
     save_take_bodies(take, found)
     return found
+
+
+def prop_in_hand(
+    name: str, track: BodyTrack, body: KnownBody | None, performers: Sequence[SolvedPerformer]
+) -> Poses:
+    """Return a prop as a skeleton of two joints at a solve's instants, tied to the hand that holds it.
+
+    Args:
+        name: of its joints.
+        track: its motion on the stage.
+        body: what it is; None = nothing is said of it.
+        performers: of the solve.
+    """
+    mine = [
+        one.poses for one in performers if body is None or not body.joint or one.performer == body.performer
+    ]
+    hands = HANDS if body is None or body.joint not in HANDS else (body.joint,)
+    shape = None if body is None else body.shape
+    return prop_poses(name, track, shape, mine or [performers[0].poses], hands)
 
 
 def no_such_body(take: Take, name: str) -> SettingsError:

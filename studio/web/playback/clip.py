@@ -1,5 +1,6 @@
 """A solve of a take, loaded for replay."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
@@ -78,7 +79,7 @@ class Clip:
         if performer is not None:
             take.performer_folder(solve, performer)  # reports who is not there
         solved = solved_performers(take, solve)
-        clip = cls.of(take, solve, _checked(solve, solved[0].poses))
+        clip = cls.of(take, solve, _checked(solve, solved[0].poses), solved)
         if solved[0].undecided_s is None:
             folder = take.solve_folder(solve)
             trace = _trace(folder / TRACE, clip.poses)
@@ -94,11 +95,12 @@ class Clip:
         return first if performer is None else first.chosen(performer_by_name(take.meta, performer))
 
     @classmethod
-    def of(cls, take: Take, solve: str, poses: Poses) -> Self:
-        """Return poses as a take's solve, without what went into them."""
+    def of(cls, take: Take, solve: str, poses: Poses, performers: Sequence[SolvedPerformer] = ()) -> Self:
+        """Return poses as a take's solve, without what went into them; its performers may hold props."""
         calibration = _calibration(take)
         depth = ReplayedDepth.of(take.raw_path, calibration)
-        name, bodies = f"{take.path.parent.name}/{take.path.name}", ReplayedBodies.of(take)
+        name = f"{take.path.parent.name}/{take.path.name}"
+        bodies = ReplayedBodies.of(take, performers)
         return cls(name, solve, poses, None, calibration, depth=depth, bodies=bodies)
 
     def clock(self, camera: str) -> ClockModel | None:

@@ -3,13 +3,13 @@ import { byId, h, redraw } from "../base/dom.js";
 import { changeRigidBodies, getRigidBodies } from "../base/api.js";
 import { attempt } from "../base/messages.js";
 import { said } from "../base/said.js";
-import { t } from "../base/strings.js";
+import { number, t } from "../base/strings.js";
 
 const SYSTEMS = { natnet: ["natnet_server", "natnet_port"], osc: ["host", "osc_port"] };
 const NUMBERS = ["natnet_port", "osc_port"];
 const USES = ["", "prop", "evidence", "reference"];
 const JOINTS = ["", "head", "left_hand", "right_hand", "left_wrist", "right_wrist", "left_elbow", "right_elbow", "chest", "hips", "left_knee", "right_knee", "left_ankle", "right_ankle"];
-const panel = { settings: null, status: null };
+const panel = { settings: null, status: null, measured: [] };
 
 const change = (changes) => attempt(async () => {
   const shown = await changeRigidBodies(changes);
@@ -41,6 +41,21 @@ function choice(name, key, values, value, words) {
     values.map((one) => h("option", { value: one, selected: one === value }, words(one))));
 }
 
+/** How a body that is evidence sits on its joint: whether it pins the live solve. */
+function tie(name, known) {
+  if (known?.use !== "evidence") return null;
+  const measured = panel.settings.ties[name];
+  return h("p", { class: "count" }, measured ? t("rigid.pins", { joint: known.joint.replace("_", " "), mm: number(measured.residual_mm, 0) }) : t("rigid.pins_not"));
+}
+
+/** Which take's measured places of bodies pin joints in the live solve. */
+function likeTake() {
+  const options = panel.measured.map((one) => h("option", { value: one }, one));
+  return h("label", { class: "field" }, h("span", { title: t("rigid.like.hint") }, t("rigid.like")),
+    h("select", { id: "rigid-like", title: t("rigid.like.hint"), disabled: !options.length, onchange: (event) => change({ like_take: event.currentTarget.value }) },
+      [h("option", { value: "", selected: true, disabled: true }, t(options.length ? "rigid.like.choose" : "rigid.like.none")), ...options]));
+}
+
 function body({ name, seen }) {
   const known = panel.settings.bodies.find((one) => one.name === name);
   return h("li", { class: "trigger" },
@@ -52,7 +67,8 @@ function body({ name, seen }) {
         type: "text", spellcheck: false, value: shapeWords(known?.shape), placeholder: "cylinder:3,60",
         aria: { label: t("rigid.shape", { name }) }, title: t("rigid.shape", { name }),
         onchange: (event) => say(name, { shape: shapeOf(event.currentTarget.value) }),
-      })));
+      })),
+    tie(name, known));
 }
 
 function system(name) {
@@ -70,16 +86,17 @@ function system(name) {
 }
 
 function draw() {
-  const { settings, status } = panel;
+  const { settings, status, measured } = panel;
   const focused = document.activeElement;
   if (!settings || !status || byId("rigid").contains(focused) && focused.matches("input[type=text], select")) return;
   // what changes by itself draws nothing anew
   const systems = Object.keys(SYSTEMS).map((name) => ({ ...status[name], packets: status[name].packets > 0 }));
   const shown = [systems, status.problem, status.bodies.map(({ name, seen }) => [name, seen])];
-  redraw(byId("rigid"), [settings, shown], () => [
+  redraw(byId("rigid"), [settings, shown, measured], () => [
     h("h3", {}, t("rigid.title")),
     status.problem && h("p", { class: "bad" }, said(status.problem)),
     h("ul", { class: "triggers" }, Object.keys(SYSTEMS).map(system), status.bodies.map(body)),
+    status.bodies.length > 0 && likeTake(),
   ].filter(Boolean));
 }
 
@@ -89,5 +106,14 @@ export function updateRigid(status) {
   draw();
 }
 
-/** Ask for the switches. */
-export const startRigid = () => attempt(async () => { panel.settings = (await getRigidBodies()).settings; });
+const ask = () => attempt(async () => {
+  const { settings, measured } = await getRigidBodies();
+  Object.assign(panel, { settings, measured });
+  draw();
+});
+
+/** Ask for the switches; and anew when somebody comes to them, as takes may have been measured since. */
+export function startRigid() {
+  byId("rigid").addEventListener("pointerenter", ask);
+  ask();
+}
