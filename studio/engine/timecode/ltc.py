@@ -108,11 +108,12 @@ class LtcDecoder:
         ever given, and its frame since midnight. Words that are no timecode of the rate are counted in `refused`.
 
         Args:
-            samples: one channel, any level, shape (sample_count,).
+            samples: one channel, shape (sample_count,); what is louder than full scale, 1, is clipped, and what is no
+                number counts as silence, so that a damaged sample makes nobody deaf.
         """
         room = 2 + int(len(samples) * self._most_per_sample)
         words, times = np.zeros((room, BITS), np.uint8), np.zeros(room)
-        given = np.ascontiguousarray(samples, np.float32)
+        given = np.nan_to_num(np.clip(np.ascontiguousarray(samples, np.float32), -1.0, 1.0))
         count = _decode(given, self._state, self._bits, self._begins, self._decay, words, times)
         found = []
         for word, time in zip(words[:count], times[:count], strict=True):

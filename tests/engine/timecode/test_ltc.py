@@ -76,6 +76,23 @@ def test_noise_and_voices_make_no_timecode():
     assert not course(found, RATES["25"]).runs
 
 
+def test_ten_thousand_hostile_pieces_of_sound_do_no_harm():
+    """Noise, cut words, clipped and damaged samples; then timecode is read as ever."""
+    rng, rate = np.random.default_rng(7), RATES["25"]
+    good, _ = sound(frames_from("10:00:00:00", rate, 2), rate)
+    decoder, found = LtcDecoder(rate, HZ), []
+    for number in range(10_000):
+        begin, count = int(rng.integers(0, len(good))), int(rng.integers(0, 300))
+        piece = good[begin : begin + count].copy()
+        if number % 3 == 0:
+            piece = (10.0 ** rng.uniform(-3, 6) * rng.normal(size=count)).astype(np.float32)
+        elif len(piece) and number % 3 == 1:
+            piece[rng.integers(0, len(piece))] = rng.choice([np.nan, np.inf, -np.inf, 1e30, 0.0])
+        found += decoder.feed(piece)
+    assert len(found) < 10 and all(0 <= frame < rate.day for _, frame in found)
+    assert len(decoder.feed(good)) > 40
+
+
 def libltc():
     name = ctypes.util.find_library("ltc")
     if name is None:

@@ -51,7 +51,7 @@ def test_a_full_frame_and_the_rate_of_the_device():
 
 def test_odd_bytes_do_no_harm():
     rng, decoder = np.random.default_rng(5), MtcDecoder(RATES["30"])
-    for _ in range(2_000):
+    for _ in range(10_000):
         decoder.feed(rng.integers(0, 256, rng.integers(0, 40), dtype=np.uint8).tobytes(), 0)
     decoder.feed(b"\xf0" + bytes(100_000), 0)
     assert len(decoder._message) <= 65 and len(decoder._quarters) <= 8
@@ -68,6 +68,18 @@ def test_a_packet_of_art_net():
     assert (
         frame_of_packet(head + bytes([1, 0, 1, 0, 2]), RATES["29.97df"]) is None
     )  # a number that is left out
+
+
+def test_ten_thousand_hostile_packets_of_art_net_are_a_number_of_the_rate_or_none():
+    rng, rate = np.random.default_rng(6), RATES["29.97df"]
+    good = b"Art-Net\x00" + bytes([0x00, 0x97, 0x00, 0x0E, 0x00, 0x00, 2, 0, 1, 0, 2])
+    for number in range(10_000):
+        data = bytearray(good if number % 4 else rng.bytes(int(rng.integers(0, 60))))
+        for place in rng.integers(0, max(len(data), 1), number % 5) if data else ():
+            data[place] = rng.integers(0, 256)
+        cut = int(rng.integers(0, len(data) + 1)) if number % 3 == 0 else len(data)
+        found = frame_of_packet(bytes(data[:cut]), rate)
+        assert found is None or 0 <= found < rate.day
 
 
 @pytest.mark.parametrize("cut", range(19))
