@@ -1,8 +1,13 @@
 """Replay on the page, in a real browser: open a solve, play, step, scrub, ghost, keys, back to the live stage."""
 
+import re
+
 import pytest
 from playwright.sync_api import Page, Route, expect
 
+from studio.engine.timecode.course import course
+from studio.engine.timecode.timecode import RATES
+from studio.take.timecode.kept import save_course
 from tests import patient
 from tests.web.playback.takes import FRAMES, take_with_solves
 from tests.web.stages import until
@@ -14,7 +19,11 @@ pytestmark = pytest.mark.browser
 @pytest.fixture
 def address(tmp_path):
     """Address of a studio with two takes."""
-    take_with_solves(tmp_path / "monday" / "one")
+    readings = [(0.04 * k, 900_000 + k) for k in range(300) if k not in range(20, 30)]
+    take = take_with_solves(tmp_path / "monday" / "one")
+    save_course(take, course(readings, RATES["25"], "ltc"))
+    take.meta["timecode_rate"] = "25"
+    take.save_meta()
     take_with_solves(tmp_path / "monday" / "two", seed=1)
     with studio(tmp_path) as (app, _), serving(app) as url:
         yield url
@@ -42,6 +51,10 @@ def test_a_solve_is_replayed_with_keys_and_pointer(address: str, page: Page) -> 
     expect(page.locator("#replay-play")).to_have_attribute("aria-label", "Pause")
     page.keyboard.press("l")
     expect(page.locator("#replay-loop")).to_have_attribute("aria-pressed", "false")
+    page.locator("#replay-unit").click()
+    page.locator("#replay-unit").click()
+    expect(page.locator("#replay-unit")).to_have_text("TC")
+    expect(page.locator("#replay-unit")).to_have_attribute("title", re.compile("ltc 25, -?0.0 ppm, 1 part"))
     page.keyboard.press("Escape")
     expect(page.locator("#replay")).to_be_hidden()
     assert replay(address) == {"open": False}

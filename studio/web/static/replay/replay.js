@@ -291,6 +291,7 @@ function paint() {
   if (state.replay.playing) keepInSight(frame, state.replay);
   setText(byId("replay-time"), `${clock(frame / rate)}  ${frame} / ${frames - 1}`);
   setText(byId("replay-unit"), t(`replay.unit.${unit()}`));
+  byId("replay-unit").title = unitWords(timecodeOf(state.replay.take)); // which comes after the replay was opened
   showMarkers(state.replay, goTo);
   showPerformers(state.replay, frameNow);
   byId("replay-performers")?.setAttribute("aria-expanded", String(!performerList.hidden));
