@@ -136,7 +136,7 @@ def create_app(
     choose_stored(sessions, stage.timecode)
     stage.bodies.start()
     finder = Finder(stage, sessions)
-    add_routes(app, rigid_bodies_router(stage, finder))
+    add_routes(app, rigid_bodies_router(stage, sessions, finder.by_id))
     app.state.triggers = make_triggers(stage, sessions, jobs)
     add_routes(app, triggers_router(app.state.triggers))
     events["triggers"] = app.state.triggers.status

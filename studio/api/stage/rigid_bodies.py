@@ -1,5 +1,6 @@
 """Routes of the rigid bodies that come in."""
 
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,6 @@ from pydantic import Field
 from studio.api.errors import RESPONSES
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
-from studio.api.takes.find import Finder
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.live import LiveStage
 from studio.rigid_bodies.incoming import RigidStatus
@@ -59,12 +59,12 @@ class RigidBodiesShown(Struct):
     measured: list[str]
 
 
-def rigid_bodies_router(stage: LiveStage, finder: Finder) -> APIRouter:
-    """Return the routes of rigid bodies."""
+def rigid_bodies_router(stage: LiveStage, sessions: Path, take_of: Callable[[str], Take]) -> APIRouter:
+    """Return the routes of rigid bodies; `take_of` returns a take of `sessions` by its id."""
     router = APIRouter(prefix="/api/v1", tags=["stage"], responses=RESPONSES, route_class=StructRoute)
 
     def shown() -> RigidBodiesShown:
-        measured = _measured_takes(finder.sessions)
+        measured = _measured_takes(sessions)
         return RigidBodiesShown(stage.bodies.settings, stage.bodies.status(), measured)
 
     @router.get("/rigid-bodies")
@@ -78,7 +78,7 @@ def rigid_bodies_router(stage: LiveStage, finder: Finder) -> APIRouter:
         changes = request.model_dump(exclude_none=True, exclude={"like_take"})
         value = {
             **msgspec.to_builtins(stage.bodies.settings),
-            **_measured(finder, request.like_take),
+            **_measured(take_of, request.like_take),
             **changes,
         }
         try:
@@ -105,9 +105,9 @@ def _measured_takes(sessions: Path) -> list[str]:
     return found
 
 
-def _measured(finder: Finder, take_id: str | None) -> dict[str, Any]:
+def _measured(take_of: Callable[[str], Take], take_id: str | None) -> dict[str, Any]:
     """Return the settings that were measured in a take; none without a take."""
     if take_id is None:
         return {}
-    known = msgspec.to_builtins(take_bodies(finder.by_id(take_id)))
+    known = msgspec.to_builtins(take_bodies(take_of(take_id)))
     return {key: known[key] for key in ("place", "bodies", "later_s", "ties")}
