@@ -118,7 +118,7 @@ def test_bodies_are_shown_recorded_measured_and_exported(studio, cameras, motive
     again, _ = record(studio, cameras, *[nothing] * 2)
     events = [one.event for one in read_raw(again.raw_path) if isinstance(one, RawEvent)]
     told = [set(one.pinned.get("performer_1", {})) for one in events if isinstance(one, TickEvent)]
-    assert sum(one == {"right_hand", "head"} for one in told) > 0.8 * len(told)
+    assert sum(one == {"right_hand", "head"} for one in told) > 0.5 * len(told)
     apart["pinned"] = distances_mm(again, "live")["Wand"]
     assert np.median(apart["pinned"]) < np.median(apart["live"])
     solve_take(again, preset("studio"), name="again", as_live=True)
