@@ -3,8 +3,11 @@
 LTC may be on any channel of a recorder; of a file, the channel on which most timecode was found counts.
 """
 
+import os
+import selectors
 import threading
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +23,7 @@ if TYPE_CHECKING:
     from av.container import InputContainer
 
 _WINDOW_NS = 5_000_000_000
-_BUFFER_SAMPLES = 1024
+_WAIT_S = 0.05
 
 
 def samples_of(container: "InputContainer") -> Iterator[tuple[float, NDArray[np.float32]]]:
@@ -89,7 +92,11 @@ class LtcSource:
 
     def run(self, clock: Any, put: Any, stopping: threading.Event) -> None:
         """Listen until `stopping`; see `TimecodeSource`."""
-        with _opened(self._what, self._format, live=True) as container:
+        with ExitStack() as open_until_the_end:
+            what: str | _Pipe = self._what
+            if self._format is None and Path(what).is_fifo():
+                what = open_until_the_end.enter_context(_Pipe(what, stopping))
+            container = open_until_the_end.enter_context(_opened(what, self._format, live=True))
             decoders: list[LtcDecoder] = []
             count, offsets = 0, _Offsets()
             for hz, samples in samples_of(container):
@@ -103,6 +110,35 @@ class LtcSource:
                 self.backwards = any(one.backwards for one in decoders)
                 for at, frame in max(words, key=len):
                     put(round(begins_ns + at / hz * 1e9), frame)
+
+
+class _Pipe:
+    """A named pipe as a file. A read ends when `stopping` is set: who does not listen takes nobody's data."""
+
+    def __init__(self, path: str, stopping: threading.Event) -> None:
+        self._file = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+        self._stopping = stopping
+        self._begun = False
+
+    def __enter__(self) -> "_Pipe":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        os.close(self._file)
+
+    def read(self, size: int) -> bytes:
+        """Return the next bytes; none at the end, when who wrote them has closed the pipe, or when it is stopped."""
+        with selectors.DefaultSelector() as ready:
+            ready.register(self._file, selectors.EVENT_READ)
+            while not self._stopping.is_set():
+                if not ready.select(_WAIT_S):
+                    continue
+                data = os.read(self._file, size)
+                if data or self._begun:
+                    self._begun = True
+                    return data
+                self._stopping.wait(_WAIT_S)  # nobody writes to it yet
+        return b""
 
 
 class _Offsets:
@@ -129,7 +165,7 @@ def _device(what: str) -> tuple[str | None, str]:
     return (begin, rest) if colon and begin in devices else (None, what)
 
 
-def _opened(what: str, kind: str | None = None, *, live: bool = False) -> "InputContainer":
+def _opened(what: "str | _Pipe", kind: str | None = None, *, live: bool = False) -> "InputContainer":
     """Return an opened container; `live`: begin at once, without looking far into it.
 
     Raises:
@@ -138,4 +174,4 @@ def _opened(what: str, kind: str | None = None, *, live: bool = False) -> "Input
     import av
 
     few = {"fflags": "nobuffer", "probesize": "4096", "analyzeduration": "0"} if live else {}
-    return av.open(what, format=kind, options=few)
+    return av.open(what, "r", format=kind, options=few)

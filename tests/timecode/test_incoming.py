@@ -6,6 +6,7 @@ import struct
 import threading
 import time
 import wave
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import pytest
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.timecode.timecode import RATES, Timecode
 from studio.timecode.incoming import IncomingTimecode
-from studio.timecode.sound import ltc_of_file
+from studio.timecode.sound import LtcSource, ltc_of_file
 from tests.api.camera import wait_until
 from tests.engine.timecode.ltc_sound import sound
 from tests.engine.timecode.test_packets import quarters
@@ -142,6 +143,30 @@ def test_ltc_from_a_pipe_in_real_time(incoming, tmp_path):
         check(incoming, sender, rate, first)
     finally:
         sender.close()
+        device.close()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
+@pytest.mark.parametrize("writes", [False, True])
+def test_who_no_longer_listens_to_a_pipe_takes_nothing_of_it(tmp_path, writes):
+    pipe = tmp_path / "sound.wav"
+    os.mkfifo(pipe)
+    stopping = threading.Event()
+    source = LtcSource(str(pipe), RATES["25"])
+
+    def listen():
+        with suppress(OSError, ValueError):  # it is stopped before it knows that this is sound
+            source.run(time.monotonic_ns, lambda *_: None, stopping)
+
+    listening = threading.Thread(target=listen)
+    listening.start()
+    device = open(pipe, "wb", buffering=0) if writes else None
+    stopping.set()
+    listening.join(60.0)
+    assert not listening.is_alive()
+    if device is not None:
+        with pytest.raises(BrokenPipeError):  # nobody reads it
+            device.write(b"RIFF")
         device.close()
 
 

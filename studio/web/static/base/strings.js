@@ -95,7 +95,7 @@ export const serverText = (key, said) => remember(hasText(key) ? t(key) : said, 
 
 /** Return a number as the language writes it, with so many digits after the point. */
 export const number = (value, digits = 0) => remember(
-  value.toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits }), () => number(value, digits), true);
+  value.toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits, signDisplay: "negative" }), () => number(value, digits), true);
 
 /** Fill in the words of elements with `data-t` (text), `data-t-title`, `data-t-aria`, `data-t-placeholder`, `data-t-alt`. */
 export function translate(root) {
