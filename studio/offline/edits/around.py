@@ -66,7 +66,7 @@ def solve_around(
     one = seen_performer(take, settings, performer)
     calibration, mine = one.calibration, of_performer(edits, one.name)
     parts = {
-        name: frames_between(own, calibration.cameras[name].clock, begin_s - REACH_S, end_s + REACH_S)
+        name: frames_between(own, calibration, name, begin_s - REACH_S, end_s + REACH_S)
         for name, own in one.frames.items()
         if name in calibration.cameras
     }

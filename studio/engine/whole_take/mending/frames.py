@@ -11,8 +11,8 @@ from studio.engine.calibration.cameras.noise import rays
 from studio.engine.edits.edit import Edit, PinEdit
 from studio.engine.edits.frames import Changed, Frames, doubted
 from studio.engine.edits.timing import of_kind
-from studio.engine.model.calibration import Calibration, Performer
-from studio.engine.model.frames import CameraFrame
+from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
+from studio.engine.model.frames import CameraFrame, PictureJoints
 from studio.engine.model.joints import CANONICAL, INDEX, MIRROR, PARENTS
 from studio.engine.whole_take.mending.around import (
     STEP_S,
@@ -86,6 +86,8 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
     if seen is None:
         return frames
     joint, performer = INDEX[pins[0].joint], calibration.performer
+    if not np.isfinite(seen.tracks[:, :, joint]).any():
+        return frames  # a single camera without depth places nothing
     pinned, place = _pinned(seen, pins, lifted_m)
     middle = seen.middle()
     axes, origin = axes_of(middle, joint)
@@ -166,7 +168,7 @@ def _path(
     local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
     local[lasts] = np.nan
     pin = np.einsum("tba,tb->ta", axes, place - origin)
-    found = spread(local, pinned, pin, seen.noise[:, :, joint], np.zeros_like(local))
+    found = spread(local, pinned, pin, seen.noise[:, :, joint])
     away = np.einsum("tab,tb->ta", axes, found.path_m)
     if of_limb and performer is not None:
         length = performer.bones_m()[CANONICAL[joint]]
@@ -228,6 +230,9 @@ def _changed(
             order = MIRROR if seen.exchanged[row, k] else slice(None)
             own, put, left = own[order], put[order], left[order]
             frame = frames[name][place]
+            if frame.picture is not None:
+                changed[place] = _in_picture(frame, frame.picture, camera, own, put, left)
+                continue
             local = (own - T[:3, 3]) @ T[:3, :3]
             local -= camera.depth_bias_m * rays(local)
             positions = np.where(put[:, None], local, frame.positions)
@@ -237,6 +242,40 @@ def _changed(
         if changed:
             out[name] = Changed(frames[name], changed)
     return out
+
+
+def _in_picture(
+    frame: CameraFrame,
+    picture: PictureJoints,
+    camera: CameraCalibration,
+    places: Array,
+    put: NDArray[np.bool_],
+    left: NDArray[np.bool_],
+) -> CameraFrame:
+    """A frame of a camera without depth, with joints put elsewhere or left out; of a hand that moves, its landmarks
+    are left out too.
+
+    Args:
+        frame, picture: the frame, and what it has.
+        camera: its calibration.
+        places: of the joints [m], shape (21, 3).
+        put, left: which are put there, and left out, shape (21,).
+    """
+    lens = None if camera.lens is None else camera.lens.sized(picture.width, picture.height)
+    if lens is None:
+        return frame
+    T = camera.T_stage_camera
+    pixels, hands = picture.pixels.copy(), picture.hands
+    pixels[put] = lens.pixels_of((places[put] - T[:3, 3]) @ T[:3, :3])
+    pixels[left] = np.nan
+    moved = put | left
+    if hands is not None:
+        of_hand = np.array([moved[INDEX[f"{side}_wrist"]] for side in ("left", "right")])
+        hands = np.where(of_hand[:, None, None], np.nan, hands)
+    picture = replace(
+        picture, pixels=pixels, world_m=np.where(moved[:, None], np.nan, picture.world_m), hands=hands
+    )
+    return replace(frame, confidence=np.where(left, 0.0, frame.confidence), picture=picture)
 
 
 def _at(places: Array, grid_s: Array, time_s: float, row: int) -> Array:

@@ -35,6 +35,9 @@ say as much as one; and rounds of reweighting."""
 SHORT_M = 0.1
 """A shorter bone tells little [m]."""
 
+LIKE_FRAMES = 3.0
+"""So many frames of a camera say as much as one, since its noise lasts."""
+
 MOST = 9.0
 """Limit of a squared residual."""
 
@@ -220,6 +223,7 @@ def _best(
     follows: bool,
 ) -> Erring:
     """The begin and end of least cost; costs by instant, of `begins` and `ends` before it, shape (count,)."""
+    frames = frames / LIKE_FRAMES
     before = np.cumsum(frames[: at.start + 1][::-1])[::-1] + begins[: at.start + 1]
     after = np.concatenate([[0.0], np.cumsum(frames[at.stop :])]) + np.append(ends[at.stop :], 0.0)
     rows = slice(int(before.argmin()), at.stop + int(after.argmin()))

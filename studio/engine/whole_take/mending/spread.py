@@ -75,7 +75,6 @@ def spread(
     pinned: NDArray[np.bool_],
     place_m: Array,
     sigma: Array,
-    first_m: Array,
 ) -> Spread:
     """Return the most likely path and errors.
 
@@ -86,13 +85,12 @@ def spread(
         place_m: its places in the same axes [m], shape (frame_count, 3).
         sigma: standard deviation of each camera's joint relative to that of an elbow, shape (frame_count,
             camera_count).
-        first_m: the cameras' errors, about, shape (frame_count, camera_count, 3) [m].
     """
     frames = len(seen_m)
     seen = np.isfinite(seen_m[..., 0])
     told = seen / (NOISE_M * sigma) ** 2
     measured = np.where(seen[..., None], seen_m, 0.0)
-    error = first_m
+    error = np.zeros_like(measured)
     path = np.zeros((frames, 3))
     speed, usual = _usual(seen_m)
     acceleration, squared = np.full(max(frames - 2, 0), usual**-2), np.zeros(max(frames - 2, 0))
