@@ -45,8 +45,8 @@ BONE_SHARE = (0.8, 1.2)
 LIMB = ("elbow", "wrist", "hand", "knee", "ankle", "toe")
 """Joints whose parent is of their limb."""
 
-FILLED_CONFIDENCE = 0.4
-"""Confidence of a joint that no camera saw, put where the pins make it most likely."""
+FILLED_CONFIDENCE, GUESSED_CONFIDENCE = 0.4, 0.15
+"""Least confidence of a joint that was shifted back, and that of one put where the pins make it most likely."""
 
 
 def edited_frames(
@@ -116,13 +116,14 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
             lasts[rows] |= of_all
             for other in found.joints[1:]:
                 gone[rows, :, other] |= of_all
-    unseen = _unseen_about(seen, joint, pinned)
+    unseen, guessed = _unseen_about(seen, joint, pinned), np.zeros(places.shape[:3], dtype=bool)
     if lasts.any() or unseen.any():
         path = _path(seen, joint, middle, axes, origin, lasts, pinned, place, performer)
         known = np.isfinite(seen.tracks[:, :, joint, 0])
         put = lasts & known | unseen[:, None]
         places[:, :, joint] = np.where(put[..., None], path[:, None], places[:, :, joint])
-    return _changed(frames, calibration, seen, places, gone)
+        guessed[:, :, joint] = put
+    return _changed(frames, calibration, seen, places, gone, guessed)
 
 
 def _runs(flags: NDArray[np.bool_]) -> list[slice]:
@@ -209,13 +210,19 @@ def run_about(flags: NDArray[np.bool_], at: int, gap: int) -> tuple[int, int]:
 
 
 def _changed(
-    frames: Frames, calibration: Calibration, seen: Around, places: Array, gone: NDArray[np.bool_]
+    frames: Frames,
+    calibration: Calibration,
+    seen: Around,
+    places: Array,
+    gone: NDArray[np.bool_],
+    guessed: NDArray[np.bool_],
 ) -> Frames:
     """Return the frames with joints put elsewhere or left out.
 
     Args:
         places: new places, stage frame [m], shape (count, camera_count, 21, 3); NaN = as it is.
         gone: joints that are left out, shape (count, camera_count, 21).
+        guessed: those of the new places that nothing but pins tells, same shape.
     """
     out = dict(frames)
     for k, (name, mine) in enumerate(seen.cameras.items()):
@@ -230,15 +237,18 @@ def _changed(
             order = MIRROR if seen.exchanged[row, k] else slice(None)
             own, put, left = own[order], put[order], left[order]
             frame = frames[name][place]
+            confidence = np.where(put, np.maximum(frame.confidence, FILLED_CONFIDENCE), frame.confidence)
+            confidence[guessed[row, k][order]] = GUESSED_CONFIDENCE
+            confidence[left] = 0.0
+            frame = replace(frame, confidence=confidence)
             if frame.picture is not None:
                 changed[place] = _in_picture(frame, frame.picture, camera, own, put, left)
                 continue
             local = (own - T[:3, 3]) @ T[:3, :3]
             local -= camera.depth_bias_m * rays(local)
             positions = np.where(put[:, None], local, frame.positions)
-            confidence = np.where(put, np.maximum(frame.confidence, FILLED_CONFIDENCE), frame.confidence)
-            positions[left], confidence[left] = np.nan, 0.0
-            changed[place] = replace(frame, positions=positions, confidence=confidence)
+            positions[left] = np.nan
+            changed[place] = replace(frame, positions=positions)
         if changed:
             out[name] = Changed(frames[name], changed)
     return out
@@ -275,7 +285,7 @@ def _in_picture(
     picture = replace(
         picture, pixels=pixels, world_m=np.where(moved[:, None], np.nan, picture.world_m), hands=hands
     )
-    return replace(frame, confidence=np.where(left, 0.0, frame.confidence), picture=picture)
+    return replace(frame, picture=picture)
 
 
 def _at(places: Array, grid_s: Array, time_s: float, row: int) -> Array:

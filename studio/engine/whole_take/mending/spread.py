@@ -1,14 +1,11 @@
-"""What a pin says about its neighbourhood: for how long the cameras were wrong, and by how much.
+"""The path of a joint through its pins, while nothing else is known of it, or some of what cameras say is wrong.
 
-A pin is a place at an instant. Cameras that contradict it do so for a while: a tracker takes a hip for a wrist, a
-limb hangs beside its true place. Each camera's error is therefore unknown, but zero at most times, and it changes
-seldom and then at once. The joint itself moves smoothly. The most likely path of the joint and the cameras' errors
-follow from that, given the pins. No truth is needed: where an error begins and ends, the camera's joint jumps against
-the smooth path.
+The joint moves smoothly and goes through the pins. Each camera's error is unknown, but zero at most times, and it
+changes seldom and then at once.
 
-Minimised: the squared residuals of the cameras less their errors, the path's accelerations, the logarithm of the
-errors, and the logarithm of their changes, by iteratively reweighted least squares whose logarithms narrow from step
-to step. Frames couple with the next two only, so every step is a banded solve.
+Minimised: the squared residuals of the cameras less their errors, the path's velocities and accelerations, the
+logarithm of the errors, and the logarithm of their changes, by iteratively reweighted least squares whose logarithms
+narrow from step to step. Frames couple with the next two only, so every step is a banded solve.
 
 Source: sparse changes by a logarithmic penalty and reweighting: Candes, Wakin, Boyd, "Enhancing sparsity by
 reweighted l1 minimization", J. Fourier Analysis and Applications 14, 2008; graduated narrowing: Blake, Zisserman,
@@ -62,12 +59,10 @@ class Spread:
     Attributes:
         path_m: shape (frame_count, 3) [m].
         error_m: shape (frame_count, camera_count, 3) [m]; where a camera sees nothing, what lies between.
-        cost: what was minimised.
     """
 
     path_m: Array
     error_m: Array
-    cost: float
 
 
 def spread(
@@ -93,7 +88,7 @@ def spread(
     error = np.zeros_like(measured)
     path = np.zeros((frames, 3))
     speed, usual = _usual(seen_m)
-    acceleration, squared = np.full(max(frames - 2, 0), usual**-2), np.zeros(max(frames - 2, 0))
+    acceleration = np.full(max(frames - 2, 0), usual**-2)
     slow = (speed * STEP_S) ** -2 / ALIKE_FRAMES
     for width in WIDTHS:
         wide, wide_change = ERROR_M * width, CHANGE_M * width
@@ -104,13 +99,7 @@ def spread(
         bend = np.diff(path, n=2, axis=0) / STEP_S**2
         squared = (bend**2).sum(axis=1) / usual**2
         acceleration = usual**-2 / (1.0 + squared / SHARP**2)
-    size, change = (error**2).sum(axis=2), (np.diff(error, axis=0) ** 2).sum(axis=2)
-    off = ((measured - path[:, None] - error) ** 2).sum(axis=2)
-    total = (told * off).sum() + SHARP**2 * np.log1p(squared / SHARP**2).sum()
-    total += (
-        ERROR_COST * np.log1p(size / ERROR_M**2).sum() + CHANGE_COST * np.log1p(change / CHANGE_M**2).sum()
-    )
-    return Spread(path, error, float(total))
+    return Spread(path, error)
 
 
 def _usual(seen_m: Array) -> tuple[float, float]:
