@@ -47,15 +47,12 @@ def test_an_event_is_mended_and_exported(
     expect(rows).to_have_count(2)
     expect(rows.first).to_contain_text("left toe")
     click(rows.first.locator(".edit-go"))
-    page.wait_for_timeout(1500)
-    page.screenshot(path="/tmp/pins/event.png")
     expect(page.locator("#replay-time")).not_to_contain_text(" 60 /")
     click(rows.first.get_by_role("button", name="Apply"))
     (contact,) = edits(take, 1).edits
     assert (contact.joint, contact.touches) == ("left_toe", "floor")
     until(lambda: solved_with(take) == 1)
     expect(page.locator("#offer-list .good, #offer-list .fair")).to_have_count(1)
-    page.screenshot(path="/tmp/pins/mended.png")
     click(page.get_by_role("button", name="Export walk, solve studio").first)
     with page.expect_download(timeout=120_000) as download:
         assert click(page.locator("#export-run")) <= MOST_CLICKS
@@ -81,7 +78,7 @@ def test_a_range_goes_slower_and_comes_again_and_again(address: str, take: Take,
     again = poses(Take.open(loop), "spliced")
     assert again.time_s[-1] - again.time_s[0] == pytest.approx(7.0, abs=2.0)  # four times, blended
     step, usual = (np.linalg.norm(np.diff(one.positions_m, axis=0), axis=2).max() for one in (again, before))
-    assert step < 1.5 * usual  # no seam is seen
+    assert step < 2.0 * usual  # no seam is seen
 
     choose("retime")
     page.fill("#edit-factor", "2")
@@ -92,7 +89,6 @@ def test_a_range_goes_slower_and_comes_again_and_again(address: str, take: Take,
     assert slower.time_s[-1] - slower.time_s[0] == pytest.approx(
         before.time_s[-1] - before.time_s[0] + 2.0, abs=0.4
     )
-    page.screenshot(path="/tmp/pins/retime.png")
     away = np.linalg.norm(slower.positions_m[:, FEET] - before.positions_m[0, FEET], axis=2)
     was = np.linalg.norm(before.positions_m[:, FEET] - before.positions_m[0, FEET], axis=2)
     assert away.max() < was.max() + 0.01  # feet keep their places
