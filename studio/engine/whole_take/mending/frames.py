@@ -12,7 +12,7 @@ from studio.engine.edits.edit import Edit, PinEdit
 from studio.engine.edits.frames import Changed, Frames, doubted
 from studio.engine.edits.timing import of_kind
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
-from studio.engine.model.frames import CameraFrame, PictureJoints
+from studio.engine.model.frames import DRAWN, CameraFrame, PictureJoints
 from studio.engine.model.joints import CANONICAL, INDEX, MIRROR, PARENTS
 from studio.engine.whole_take.mending.around import (
     STEP_S,
@@ -93,8 +93,11 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
     axes, origin = axes_of(middle, joint)
     if performer is not None:
         out = place - origin
-        far = np.linalg.norm(out, axis=1, keepdims=True) / performer.reach_m()[joint]
-        place = origin + out / np.maximum(far, 1.0)
+        far = np.linalg.norm(out, axis=1) / performer.reach_m()[joint]
+        place = origin + out / np.maximum(far, 1.0)[:, None]
+        pinned &= far < DRAWN  # a place that far out of reach says nothing about cameras
+        if not pinned.any():
+            return frames
     places, gone = np.full((*seen.tracks.shape[:3], 3), np.nan), np.zeros(seen.tracks.shape[:3], dtype=bool)
     lasts = np.zeros(seen.tracks.shape[:2], dtype=bool)  # where nothing is known of the joint
     for at in _runs(pinned):
