@@ -1,9 +1,8 @@
 """Preview: a part of a take solved with changed settings, before the whole take is solved."""
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,9 @@ import numpy as np
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.base.errors import TakeError
 from studio.engine.calibration.calibrate import with_performer
+from studio.engine.edits.frames import places_between, stage_s
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.frames import CameraFrame, ClockModel
+from studio.engine.model.frames import CameraFrame
 from studio.engine.model.performers.exchange import Exchange
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
@@ -49,12 +49,11 @@ def solve_part(
     """
     settings = replace(settings, finish="off", physics="off")
     one = seen_performer(take, settings, performer)
-    settings, clocks = one.settings, one.calibration.cameras
+    settings, calibration = one.settings, one.calibration
     part: list[CameraFrame] = []
     for name, mine in one.frames.items():
-        if name in clocks:
-            part.extend(frames_between(mine, clocks[name].clock, start_s - LEAD_S, end_s))
-    calibration = one.calibration
+        if name in calibration.cameras:
+            part.extend(frames_between(mine, calibration, name, start_s - LEAD_S, end_s))
     poses = solve_frames(part, calibration, settings, progress=progress)
     return poses_between(take, poses, start_s, end_s)
 
@@ -121,16 +120,11 @@ def seen_performer(take: Take, settings: SolveSettings, performer: str) -> SeenP
 
 
 def frames_between(
-    frames: Sequence[CameraFrame], clock: ClockModel, begin_s: float, end_s: float
+    frames: Sequence[CameraFrame], calibration: Calibration, camera: str, begin_s: float, end_s: float
 ) -> Sequence[CameraFrame]:
     """Return a camera's frames between two stage times [s]."""
-    stage_ns = partial(_stage_ns, clock)
-    begin = bisect_left(frames, begin_s * 1e9, key=stage_ns)
-    return frames[begin : bisect_right(frames, end_s * 1e9, key=stage_ns)]
-
-
-def _stage_ns(clock: ClockModel, frame: CameraFrame) -> int:
-    return clock.stage_ns(frame.device_time_ns)
+    places = places_between(frames, stage_s(calibration, camera), begin_s, end_s)
+    return frames[places.start : places.stop]
 
 
 def _state(file: Path) -> _FileState:

@@ -18,6 +18,7 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.whole_take.collect import collect_poses
+from studio.engine.whole_take.mending.floor import lift_of_pins_m
 from studio.engine.whole_take.mending.frames import edited_frames
 from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.take import TakeSolve, check_together
@@ -226,12 +227,15 @@ class _PerformerSolve:
         calibration = _with_proportions(take, calibration, frames)
         self._found = disagreements(calibration, frames, from_s=take.meta["calibration_s"])
         agreeing = without_named(calibration, frames, self._found)
-        self._every = Joined(list(edited_frames(agreeing, calibration, edits).values()))
+        start_s = take.meta["calibration_s"]
+        lifted_m = lift_of_pins_m(agreeing, calibration, settings, edits, start_s=start_s)
+        edited = edited_frames(agreeing, calibration, edits, lifted_m=lifted_m)
+        self._every = Joined(list(edited.values()))
         self.solve = TakeSolve(
             self._every,
             calibration,
             settings,
-            start_s=take.meta["calibration_s"],
+            start_s=start_s,
             progress=progress,
             residuals=self._residuals,
             physics=self._physics,

@@ -13,6 +13,7 @@ from studio.engine.edits.timing import eased, of_performer
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
+from studio.engine.whole_take.mending.floor import lift_of_pins_m
 from studio.engine.whole_take.mending.frames import REACH_S, edited_frames
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.preview import frames_between, poses_between, seen_performer
@@ -65,11 +66,12 @@ def solve_around(
     one = seen_performer(take, settings, performer)
     calibration, mine = one.calibration, of_performer(edits, one.name)
     parts = {
-        name: frames_between(own, calibration.cameras[name].clock, begin_s - REACH_S, end_s + REACH_S)
+        name: frames_between(own, calibration, name, begin_s - REACH_S, end_s + REACH_S)
         for name, own in one.frames.items()
         if name in calibration.cameras
     }
-    mended = edited_frames(parts, calibration, mine)
+    lifted_m = lift_of_pins_m(one.frames, calibration, one.settings, mine, start_s=take.meta["calibration_s"])
+    mended = edited_frames(parts, calibration, mine, lifted_m=lifted_m)
     first_ns, last_ns = (begin_s - LEAD_S) * 1e9, (end_s + LEAD_S) * 1e9
     part: list[CameraFrame] = []
     for name, own in mended.items():

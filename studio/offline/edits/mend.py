@@ -1,6 +1,6 @@
 """Mending a take by itself: the offered edits of all its clean-up events are tried, and those that mend are kept."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import msgspec
@@ -64,13 +64,12 @@ def mend(take: Take, settings: SolveSettings, *, progress: Callable[[float], Non
             progress(min(done / _MOST_SOLVES, 1.0))
         return found
 
-    def count(found: dict[str, Solved]) -> int:
-        return sum(
-            len(solve_cleanup(one.poses, start_s=start_s)["cleanup_events"] or []) for one in found.values()
-        )
+    def count(found: Iterable[Poses]) -> int:
+        return sum(len(solve_cleanup(one, start_s=start_s)["cleanup_events"] or []) for one in found)
 
     first = solved(())
     made: list[Edit] = []
+    after = {performer: one.poses for performer, one in first.items()}
     for performer in first:
         before = (solved(made) if made else first)[performer]
         if before.trace is None:
@@ -82,11 +81,13 @@ def mend(take: Take, settings: SolveSettings, *, progress: Callable[[float], Non
             return solved([*others, *edits])[who].poses
 
         found = offers(before.poses, before.trace, start_s=start_s, performer=performer)
-        made += apply_offers(found, before.poses, poses, start_s=start_s)[0]
-    after = solved(made) if made else first
+        applied, after[performer] = apply_offers(found, before.poses, poses, start_s=start_s)
+        made += applied
+    if made and len(first) > 1:  # what mends one may move the other
+        after = {performer: one.poses for performer, one in solved(made).items()}
     new = tuple(msgspec.structs.replace(edit, id="") for edit in made)
     if new:
         change_edits(take, new)
     if progress is not None:
         progress(1.0)
-    return Mended(new, count(first), count(after))
+    return Mended(new, count(one.poses for one in first.values()), count(after.values()))

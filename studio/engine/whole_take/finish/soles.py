@@ -63,8 +63,10 @@ def without_dips(feet: Soles, contacts: Contacts) -> Contacts:
     )
 
 
-def lift_m(feet: Soles, contacts: Contacts) -> float:
+def lift_m(feet: Soles, contacts: Contacts, *, percent: float = LOWEST_PERCENT) -> float:
     """Return the lift of a finished take [m]; negative = lower it.
+
+    `percent`: of the frames in which the lowest standing sole is under the floor then.
 
     Cameras see the joints of standing feet at a height that may be a centimetre or two off the calibration. The error
     is the same everywhere, so one shift of the take corrects it. A take is lowered only where most standing feet are
@@ -73,7 +75,7 @@ def lift_m(feet: Soles, contacts: Contacts) -> float:
     standing = _standing_m(feet.soles_m, contacts)
     if len(standing) == 0:
         return -contacts.floor_m
-    hovers = float(np.percentile(standing, LOWEST_PERCENT))
+    hovers = float(np.percentile(standing, percent))
     return 0.0 if hovers > 0.0 and not _mostly_flat(feet.soles_m, contacts) else -hovers
 
 

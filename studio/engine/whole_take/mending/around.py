@@ -14,6 +14,7 @@ from studio.engine.model.calibration import Calibration
 from studio.engine.model.cameras.joint_noise import JOINT_FACTOR
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import INDEX, JOINT_COUNT, LIMB_ROOTS, MIRROR
+from studio.engine.model.triangulation.rays import nearest_on_rays, on_rays, placed
 from studio.engine.solve.fusion.facing import forwardness
 
 Array = NDArray[np.float64]
@@ -41,19 +42,23 @@ class SeenByCamera:
     Attributes:
         places: their indices among all of the camera.
         time_s: stage time of each [s], shape (frame_count,).
-        positions: joints in the stage frame [m], shape (frame_count, 21, 3); NaN = unseen.
+        positions: joints in the stage frame [m], shape (frame_count, 21, 3); of a camera without depth points on
+            their rays; NaN = unseen.
         confidence: shape (frame_count, 21).
+        depthless: the camera sees no depth.
     """
 
     places: range
     time_s: Array
     positions: Array
     confidence: Array
+    depthless: bool
 
 
 @dataclass(frozen=True)
 class Around:
-    """All cameras with depth, around some pins.
+    """All cameras around some pins. A joint of a camera without depth is on its ray, where it passes the joint of all
+    cameras together.
 
     Attributes:
         time_s: the instants, `STEP_S` apart [s], shape (count,).
@@ -82,7 +87,7 @@ class Around:
 def around(
     frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibration, begin_s: float, end_s: float
 ) -> Around | None:
-    """Return what the cameras with depth see between two stage times [s]; None where they see nothing."""
+    """Return what the cameras see between two stage times [s]; None where they see nothing."""
     time_s = np.arange(begin_s, end_s + 0.5 * STEP_S, STEP_S)
     cameras = {
         name: found
@@ -93,9 +98,16 @@ def around(
     if not cameras:
         return None
     grids = [_on_grid(time_s, seen) for seen in cameras.values()]
-    tracks = np.stack([positions for positions, _ in grids], axis=1)
-    noise = np.stack([noise for _, noise in grids], axis=1)
-    exchanged = _exchanged(tracks)
+    tracks = np.stack([positions for positions, _, _ in grids], axis=1)
+    noise = np.stack([noise for _, noise, _ in grids], axis=1)
+    centres = np.array([calibration.cameras[name].T_stage_camera[:3, 3] for name in cameras])
+    depthless = np.array([seen.depthless for seen in cameras.values()])
+    exchanged = np.zeros(tracks.shape[:2], dtype=bool)
+    if depthless.any():
+        confidence = np.stack([own for _, _, own in grids], axis=1)
+        exchanged = _put_on_rays(tracks, confidence, centres, depthless)
+    if not depthless.all():
+        exchanged[:, ~depthless] = _exchanged(tracks[:, ~depthless])
     tracks = np.where(exchanged[..., None, None], tracks[:, :, MIRROR], tracks)
     noise = np.where(exchanged[..., None], noise[:, :, MIRROR], noise)
     return Around(time_s, cameras, tracks, noise, exchanged)
@@ -104,27 +116,52 @@ def around(
 def _of_camera(
     name: str, frames: Sequence[CameraFrame], calibration: Calibration, begin_s: float, end_s: float
 ) -> SeenByCamera | None:
-    """A camera's joints between two times; None for one without depth, or without frames there."""
+    """A camera's joints between two times; None for one without frames there."""
     time_of = stage_s(calibration, name)
     places = places_between(frames, time_of, begin_s, end_s)
     found = [frames[place] for place in places]
-    if not found or any(frame.picture is not None for frame in found):
+    if not found:
         return None
-    camera = calibration.cameras[name]
-    seen = unbiased(np.array([frame.positions for frame in found]), camera.depth_bias_m)
-    return SeenByCamera(
-        places,
-        np.array([time_of(frame) for frame in found]),
-        transform_points(camera.T_stage_camera, seen),
-        np.array([frame.confidence for frame in found]),
-    )
+    camera, times = calibration.cameras[name], np.array([time_of(frame) for frame in found])
+    pictures = [frame.picture for frame in found if frame.picture is not None]
+    if len(pictures) == len(found):
+        positions = np.array([on_rays(camera, picture) for picture in pictures])
+    else:
+        seen = unbiased(np.array([frame.positions for frame in found]), camera.depth_bias_m)
+        positions = transform_points(camera.T_stage_camera, seen)
+    confidence = np.array([frame.confidence for frame in found])
+    return SeenByCamera(places, times, positions, confidence, bool(pictures))
 
 
-def _on_grid(time_s: Array, seen: SeenByCamera) -> tuple[Array, Array]:
-    """A camera's joints, shape (count, 21, 3), NaN where it sees none, and their noise, (count, 21)."""
+def _put_on_rays(
+    tracks: Array, confidence: Array, centres: Array, depthless: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Put joints of cameras without depth where all cameras place them on their rays, in place, under the names that
+    these cameras gave them; return where they have left and right exchanged, shape (count, camera_count)."""
+    exchanged = np.zeros(tracks.shape[:2], dtype=bool)
+    for row, (seen, sure) in enumerate(zip(tracks, confidence, strict=True)):
+        out, _ = placed(seen, sure, centres, depthless)
+        for camera in np.flatnonzero(depthless):
+            stays, turns = (
+                _off_rays(out[camera], centres[camera], one) for one in (seen[camera], seen[camera][MIRROR])
+            )
+            exchanged[row, camera] = turns < stays
+            seen[camera] = out[camera][MIRROR] if turns < stays else out[camera]
+    return exchanged
+
+
+def _off_rays(joints: Array, centre: Array, points: Array) -> float:
+    """Mean distance of joints from rays through points [m]; 0 where none is known."""
+    off = np.linalg.norm(nearest_on_rays(points, centre, joints) - joints, axis=-1)
+    known = np.isfinite(off)
+    return float(off[known].mean()) if known.any() else 0.0
+
+
+def _on_grid(time_s: Array, seen: SeenByCamera) -> tuple[Array, Array, Array]:
+    """A camera's joints, shape (count, 21, 3), NaN where it sees none, their noise and confidence, (count, 21)."""
     out = np.full((len(time_s), JOINT_COUNT, 3), np.nan)
     doubt = np.clip(1.0 + 5.0 * (0.85 - seen.confidence), 1.0, 4.5)
-    noise = np.ones((len(time_s), JOINT_COUNT))
+    noise, confidence = np.ones((2, len(time_s), JOINT_COUNT))
     for joint in range(JOINT_COUNT):
         known = np.isfinite(seen.positions[:, joint, 0])
         if known.sum() < 2:
@@ -137,7 +174,8 @@ def _on_grid(time_s: Array, seen: SeenByCamera) -> tuple[Array, Array]:
             own = np.interp(time_s, times, seen.positions[known, joint, axis])
             out[near, joint, axis] = own[near]
         noise[:, joint] = JOINT_FACTOR[joint] * np.interp(time_s, times, doubt[known, joint])
-    return out, noise
+        confidence[:, joint] = np.interp(time_s, times, seen.confidence[known, joint])
+    return out, noise, confidence
 
 
 def _exchanged(tracks: Array) -> NDArray[np.bool_]:

@@ -11,11 +11,19 @@ from studio.engine.calibration.cameras.noise import rays
 from studio.engine.edits.edit import Edit, PinEdit
 from studio.engine.edits.frames import Changed, Frames, doubted
 from studio.engine.edits.timing import of_kind
-from studio.engine.model.calibration import Calibration, Performer
-from studio.engine.model.frames import CameraFrame
+from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
+from studio.engine.model.frames import DRAWN, CameraFrame, PictureJoints
 from studio.engine.model.joints import CANONICAL, INDEX, MIRROR, PARENTS
-from studio.engine.whole_take.mending.around import GAP_S, STEP_S, Around, around, axes_of
-from studio.engine.whole_take.mending.spread import Spread, spread
+from studio.engine.whole_take.mending.around import (
+    STEP_S,
+    Around,
+    around,
+    axes_of,
+    filled,
+    median_of,
+)
+from studio.engine.whole_take.mending.interval import Erring, erring, shift_of
+from studio.engine.whole_take.mending.spread import spread
 
 Array = NDArray[np.float64]
 
@@ -25,17 +33,8 @@ REACH_S = 2.5
 WRONG_M = 0.06
 """Smallest error of a camera that is taken to last [m]."""
 
-WRONG_SHARE = 0.35
-"""An error lasts as long as it has this share of what it is at the pin."""
-
-WILD = 2.5
-"""An error that many times as large as at the pin is another one."""
-
-ALIKE = 0.5
-"""A camera errs like others if it is off by this share of their error along it."""
-
-LENGTH_M = 0.06
-"""A bone that differs by more from its length has a wrong end [m]."""
+ALIKE_M = 0.15
+"""A camera that saw nothing at the pin errs like the others where it says what they say [m]."""
 
 PARENT_FRAMES = 1.0
 """Smoothing of a joint's path about which its child's is found [instants]."""
@@ -44,33 +43,26 @@ BONE_SHARE = (0.8, 1.2)
 """A bone to a pin has this share of its length."""
 
 LIMB = ("elbow", "wrist", "hand", "knee", "ankle", "toe")
-SOUND_FRAMES, OFF_M = 1.0, 0.08
-"""Joints whose bone is measured; smoothing of its length [instants], and how far off it fits no more [m]."""
+"""Joints whose parent is of their limb."""
 
-AS_SOUND = 0.2
-"""A joint that fits its limb at a pin that it contradicts tells little by fitting elsewhere, by this much."""
-
-DOUBTED = 8.0
-"""Factor of the noise of a joint that errs while its parent does not."""
-
-EDGE_FRAMES, SHARED = 3, 0.5
-"""A neighbour has the same error if it jumps by this share of it between the means of so many instants."""
-
-FILLED_CONFIDENCE = 0.4
-"""Confidence of a joint that no camera saw, put where the pins make it most likely."""
+FILLED_CONFIDENCE, GUESSED_CONFIDENCE = 0.4, 0.15
+"""Least confidence of a joint that was shifted back, and that of one put where the pins make it most likely."""
 
 
-def edited_frames(frames: Frames, calibration: Calibration, edits: Sequence[Edit]) -> Frames:
+def edited_frames(
+    frames: Frames, calibration: Calibration, edits: Sequence[Edit], *, lifted_m: float = 0.0
+) -> Frames:
     """Return a performer's frames as edits leave them; without edits of frames the same object.
 
     Args:
         frames: by camera, in order of time, of one performer.
         calibration: cameras, clocks and the performer's proportions.
         edits: of this performer.
+        lifted_m: how far the solve raises the performer above what the cameras see [m]; pins are on its floor.
     """
     frames = doubted(frames, calibration, edits)
     for pins in _together([pin for pin in of_kind(edits, PinEdit) if pin.joint in INDEX]):
-        frames = _mended(frames, calibration, pins)
+        frames = _mended(frames, calibration, pins, lifted_m)
     return frames
 
 
@@ -86,84 +78,103 @@ def _together(pins: Sequence[PinEdit]) -> list[list[PinEdit]]:
     return groups
 
 
-def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -> Frames:
+def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], lifted_m: float) -> Frames:
     """Return frames mended around some pins of one joint."""
     begin = min(pin.start_s for pin in pins) - REACH_S
     end = max(pin.end_s for pin in pins) + REACH_S
     seen = around(frames, calibration, begin, end)
     if seen is None:
         return frames
-    joint = INDEX[pins[0].joint]
-    pinned, place = _pinned(seen, pins)
+    joint, performer = INDEX[pins[0].joint], calibration.performer
+    if not np.isfinite(seen.tracks[:, :, joint]).any():
+        return frames  # a single camera without depth places nothing
+    pinned, place = _pinned(seen, pins, lifted_m)
     middle = seen.middle()
     axes, origin = axes_of(middle, joint)
-    if calibration.performer is not None:
+    if performer is not None:
         out = place - origin
-        far = np.linalg.norm(out, axis=1, keepdims=True) / calibration.performer.reach_m()[joint]
-        place = origin + out / np.maximum(far, 1.0)
-    sound = _sound(seen, joint, calibration.performer, pinned)
-
-    def in_axes(axes: Array) -> tuple[Array, Array, Spread]:
-        local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
-        pin = np.einsum("tba,tb->ta", axes, place - origin)
-        return axes, local, spread(local, pinned, pin, seen.noise[:, :, joint], sound)
-
-    # An error may last in the body's axes or in the stage's: whichever explains more.
-    candidates = [in_axes(axes), in_axes(np.tile(np.eye(3), (len(axes), 1, 1)))]
-    axes, local, found = min(candidates, key=lambda one: one[2].cost)
-    lasts = _in_all_cameras(_lasting(found.error_m, pinned), found.error_m, local - found.path_m[:, None])
-    error = np.einsum("tab,tcb->tca", axes, found.error_m * lasts[..., None])
-    too = [other for other in _beside(joint) if _errs_too(seen, other, error, lasts, axes, origin)]
-    parent = int(PARENTS[joint])
-    if parent in too or parent not in _beside(joint):
-        path = np.einsum("tab,tb->ta", axes, found.path_m) + origin
-    else:
-        path = _about_parent(seen, joint, middle, axes, lasts, pinned, place, sound, calibration.performer)
-    places = np.full((*seen.tracks.shape[:3], 3), np.nan)
-    known = np.isfinite(seen.tracks[:, :, joint, 0])
-    places[:, :, joint] = np.where((lasts & known)[..., None], path[:, None], np.nan)
-    gone = np.zeros(places.shape[:3], dtype=bool)
-    for other in too:
-        _mend_too(seen, joint, other, error, lasts, calibration, places, gone)
-    unseen = _unseen_about(seen, joint, pinned)
-    places[:, :, joint] = np.where(unseen[:, None, None], path[:, None], places[:, :, joint])
-    return _changed(frames, calibration, seen, places, gone)
-
-
-def _sound(seen: Around, joint: int, performer: Performer | None, pinned: NDArray[np.bool_]) -> Array:
-    """How much better each camera's joint fits its limb than at the pins, 0..1, shape (count, camera_count): bones
-    up to the trunk have their lengths."""
-    worst = np.zeros(seen.tracks.shape[:2])
-    bones = {} if performer is None else performer.bones_m()
-    while performer is not None and CANONICAL[joint].split("_")[-1] in LIMB:
-        parent = int(PARENTS[joint])
-        apart = np.linalg.norm(seen.tracks[:, :, joint] - seen.tracks[:, :, parent], axis=2)
-        worst = np.fmax(worst, np.abs(apart - bones[CANONICAL[joint]]))
-        joint = parent
-    sound = 1.0 - np.clip(gaussian_filter1d(worst, SOUND_FRAMES, axis=0, mode="nearest") / OFF_M, 0.0, 1.0)
-    at_pins = sound[pinned].mean(axis=0)
-    return np.clip((sound - at_pins) / (1.0 - at_pins + AS_SOUND), 0.0, 1.0)
+        far = np.linalg.norm(out, axis=1) / performer.reach_m()[joint]
+        place = origin + out / np.maximum(far, 1.0)[:, None]
+        pinned &= far < DRAWN  # a place that far out of reach says nothing about cameras
+        if not pinned.any():
+            return frames
+    places, gone = np.full((*seen.tracks.shape[:3], 3), np.nan), np.zeros(seen.tracks.shape[:3], dtype=bool)
+    lasts = np.zeros(seen.tracks.shape[:2], dtype=bool)  # where nothing is known of the joint
+    for at in _runs(pinned):
+        errs = _contradict(seen.tracks[:, :, joint], place, at)
+        if not errs.any():
+            continue
+        tracks, noise = seen.tracks[:, errs], seen.noise[:, errs]
+        found = erring(tracks, noise, joint, at, place, axes, performer)
+        rows = np.arange(found.rows.start, found.rows.stop)
+        of_all = _in_all_cameras(seen, joint, errs, found)
+        if found.follows:
+            own = axes if found.in_body else np.broadcast_to(np.eye(3), axes.shape)
+            shift = shift_of(found, seen.tracks, seen.noise, of_all, own, performer)
+            shifted = np.einsum("tab,b->ta", own[rows], shift)[:, None]
+            for other in found.joints:
+                moved = seen.tracks[rows, :, other] - shifted
+                places[rows, :, other] = np.where(of_all[..., None], moved, places[rows, :, other])
+        else:
+            lasts[rows] |= of_all
+            for other in found.joints[1:]:
+                gone[rows, :, other] |= of_all
+    unseen, guessed = _unseen_about(seen, joint, pinned), np.zeros(places.shape[:3], dtype=bool)
+    if lasts.any() or unseen.any():
+        path = _path(seen, joint, middle, axes, origin, lasts, pinned, place, performer)
+        known = np.isfinite(seen.tracks[:, :, joint, 0])
+        put = lasts & known | unseen[:, None]
+        places[:, :, joint] = np.where(put[..., None], path[:, None], places[:, :, joint])
+        guessed[:, :, joint] = put
+    return _changed(frames, calibration, seen, places, gone, guessed)
 
 
-def _about_parent(
+def _runs(flags: NDArray[np.bool_]) -> list[slice]:
+    """The runs of true flags."""
+    edges = np.flatnonzero(np.diff(flags.astype(int), prepend=0, append=0))
+    return [slice(int(first), int(stop)) for first, stop in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _contradict(tracks: Array, place: Array, at: slice) -> NDArray[np.bool_]:
+    """The cameras whose joint, shape (count, camera_count, 3), contradicts the pin, shape (camera_count,)."""
+    off = np.linalg.norm(tracks[at] - place[at][:, None], axis=2)
+    return np.fmax.reduce(off, axis=0, initial=0.0) > WRONG_M
+
+
+def _in_all_cameras(seen: Around, joint: int, errs: NDArray[np.bool_], found: Erring) -> NDArray[np.bool_]:
+    """Where cameras err: those that contradict the pin, and those that say what these do most of the time, shape
+    (row_count, camera_count)."""
+    track = seen.tracks[found.rows, :, joint]
+    theirs = filled(median_of(seen.tracks[found.rows][:, errs]))[:, joint]
+    near = 0.5 * np.linalg.norm(found.shift_m) if found.follows else ALIKE_M
+    known, alike = np.isfinite(track[..., 0]), np.linalg.norm(track - theirs[:, None], axis=2) < near
+    mostly = alike.sum(axis=0) > 0.5 * known.sum(axis=0)
+    return errs | mostly & (found.follows | alike)
+
+
+def _path(
     seen: Around,
     joint: int,
     middle: Array,
     axes: Array,
+    origin: Array,
     lasts: NDArray[np.bool_],
     pinned: NDArray[np.bool_],
     place: Array,
-    sound: Array,
     performer: Performer | None,
 ) -> Array:
-    """The path of a joint whose parent does not err, shape (count, 3) [m]: what cameras say of it while they err
-    hardly counts, since an error that does not move the parent is no mere shift."""
-    origin = gaussian_filter1d(middle[:, PARENTS[joint]], PARENT_FRAMES, axis=0, mode="nearest")
+    """The path of a joint of which cameras say nothing while they err, shape (count, 3) [m]: smooth through the pins,
+    about its parent where that is of its limb."""
+    parent = int(PARENTS[joint])
+    of_limb = CANONICAL[joint].split("_")[-1] in LIMB
+    if of_limb:
+        origin = gaussian_filter1d(middle[:, parent], PARENT_FRAMES, axis=0, mode="nearest")
     local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
-    noise = np.where(lasts, DOUBTED, 1.0) * seen.noise[:, :, joint]
-    found = spread(local, pinned, np.einsum("tba,tb->ta", axes, place - origin), noise, sound)
+    local[lasts] = np.nan
+    pin = np.einsum("tba,tb->ta", axes, place - origin)
+    found = spread(local, pinned, pin, seen.noise[:, :, joint])
     away = np.einsum("tab,tb->ta", axes, found.path_m)
-    if performer is not None:
+    if of_limb and performer is not None:
         length = performer.bones_m()[CANONICAL[joint]]
         off = np.linalg.norm((place - origin)[pinned], axis=1).mean() / length  # the pin's own share
         away *= (
@@ -172,104 +183,13 @@ def _about_parent(
     return away + origin
 
 
-def _pinned(seen: Around, pins: Sequence[PinEdit]) -> tuple[NDArray[np.bool_], Array]:
-    """Instants with a pin, shape (count,), and its place there, shape (count, 3)."""
+def _pinned(seen: Around, pins: Sequence[PinEdit], lifted_m: float) -> tuple[NDArray[np.bool_], Array]:
+    """Instants with a pin, shape (count,), and its place before the cameras there, shape (count, 3)."""
     flags, place = np.zeros(len(seen.time_s), dtype=bool), np.zeros((len(seen.time_s), 3))
     for pin in pins:
         rows = slice(seen.row_of(pin.start_s), seen.row_of(pin.end_s) + 1)
-        flags[rows], place[rows] = True, pin.place_m
+        flags[rows], place[rows] = True, np.array(pin.place_m) - [0.0, 0.0, lifted_m]
     return flags, place
-
-
-def _lasting(error: Array, pinned: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Instants up to which each camera's error at a pin lasts, shape (count, camera_count)."""
-    out = np.zeros(error.shape[:2], dtype=bool)
-    size = np.linalg.norm(error, axis=2)
-    gap = round(GAP_S / STEP_S)
-    for at in np.flatnonzero(pinned):
-        here = size[max(at - 2, 0) : at + 3].max(axis=0)
-        for camera in np.flatnonzero(here > WRONG_M):
-            wrong = size[:, camera] > max(WRONG_SHARE * here[camera], WRONG_M)
-            wrong &= size[:, camera] < WILD * here[camera]
-            first, last = run_about(wrong, int(at), gap)
-            out[first:last, camera] = True
-    return out
-
-
-def _in_all_cameras(lasts: NDArray[np.bool_], error: Array, off: Array) -> NDArray[np.bool_]:
-    """Errors that last, also in cameras that saw nothing at the pin but are off like the others, shape (count,
-    camera_count).
-
-    Args:
-        lasts: those of the cameras that contradict the pin.
-        error: shape (count, camera_count, 3) [m].
-        off: of each camera's joint from the path [m], same shape; NaN = unseen.
-    """
-    among = np.maximum(lasts.sum(axis=1, keepdims=True), 1)
-    common = np.where(lasts[..., None], error, 0.0).sum(axis=1) / among
-    size = np.linalg.norm(common, axis=1)[:, None]
-    along = np.einsum("tca,ta->tc", np.nan_to_num(off), common)
-    return lasts | (size > WRONG_M) & (along > ALIKE * size**2)
-
-
-def _beside(joint: int) -> list[int]:
-    """The limb's joints beside one that may err with it."""
-    side, _, part = CANONICAL[joint].partition("_")
-    parts = {"wrist": ("hand", "elbow"), "ankle": ("toe", "knee"), "elbow": ("wrist", "hand"),
-             "knee": ("ankle", "toe"), "hand": ("wrist",), "toe": ("ankle",)}.get(part, ())  # fmt: skip
-    return [INDEX[f"{side}_{other}"] for other in parts]
-
-
-def _errs_too(
-    seen: Around, other: int, error: Array, lasts: NDArray[np.bool_], axes: Array, origin: Array
-) -> bool:
-    """Whether a neighbour errs with a joint: it jumps as far where the error begins and ends."""
-    local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, other] - origin[:, None])
-    own = np.einsum("tba,tcb->tca", axes, error)
-    shares = []
-    for camera in range(lasts.shape[1]):
-        edges = np.flatnonzero(np.diff(lasts[:, camera].astype(int)))
-        for edge in edges[(edges >= EDGE_FRAMES) & (edges < len(lasts) - EDGE_FRAMES - 1)]:
-            inside = edge + 1 if lasts[edge + 1, camera] else edge
-            expected = own[inside, camera] * (1.0 if inside > edge else -1.0)
-            size = np.linalg.norm(expected)
-            if size < WRONG_M:
-                continue
-            before = local[edge - EDGE_FRAMES + 1 : edge + 1, camera]
-            after = local[edge + 1 : edge + 1 + EDGE_FRAMES, camera]
-            jump = np.nanmean(after, axis=0) - np.nanmean(before, axis=0) if _seen_in(before, after) else None
-            if jump is not None:
-                shares.append(float(jump @ expected) / size**2)
-    return bool(shares) and float(np.median(shares)) > SHARED
-
-
-def _seen_in(*parts: Array) -> bool:
-    return all(np.isfinite(part[:, 0]).any() for part in parts)
-
-
-def _mend_too(
-    seen: Around,
-    joint: int,
-    other: int,
-    error: Array,
-    lasts: NDArray[np.bool_],
-    calibration: Calibration,
-    places: Array,
-    gone: NDArray[np.bool_],
-) -> None:
-    """Put a neighbour where it is without the joint's error, if its bone has its length then; else leave it out."""
-    moved = seen.tracks[:, :, other] - error
-    nearer = joint if PARENTS[other] == joint or PARENTS[joint] == other else _beside(joint)[0]
-    child = other if PARENTS[other] == nearer else nearer
-    apart = np.linalg.norm(moved - places[:, :, nearer], axis=2)[lasts]
-    fits = False
-    if calibration.performer is not None and np.isfinite(apart).any():
-        length = calibration.performer.bones_m()[CANONICAL[child]]
-        fits = abs(float(np.nanmedian(apart)) - length) < LENGTH_M
-    if fits:
-        places[:, :, other] = np.where(lasts[..., None], moved, places[:, :, other])
-    else:
-        gone[:, :, other] |= lasts
 
 
 def _unseen_about(seen: Around, joint: int, pinned: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -293,13 +213,19 @@ def run_about(flags: NDArray[np.bool_], at: int, gap: int) -> tuple[int, int]:
 
 
 def _changed(
-    frames: Frames, calibration: Calibration, seen: Around, places: Array, gone: NDArray[np.bool_]
+    frames: Frames,
+    calibration: Calibration,
+    seen: Around,
+    places: Array,
+    gone: NDArray[np.bool_],
+    guessed: NDArray[np.bool_],
 ) -> Frames:
     """Return the frames with joints put elsewhere or left out.
 
     Args:
         places: new places, stage frame [m], shape (count, camera_count, 21, 3); NaN = as it is.
         gone: joints that are left out, shape (count, camera_count, 21).
+        guessed: those of the new places that nothing but pins tells, same shape.
     """
     out = dict(frames)
     for k, (name, mine) in enumerate(seen.cameras.items()):
@@ -314,15 +240,55 @@ def _changed(
             order = MIRROR if seen.exchanged[row, k] else slice(None)
             own, put, left = own[order], put[order], left[order]
             frame = frames[name][place]
+            confidence = np.where(put, np.maximum(frame.confidence, FILLED_CONFIDENCE), frame.confidence)
+            confidence[guessed[row, k][order]] = GUESSED_CONFIDENCE
+            confidence[left] = 0.0
+            frame = replace(frame, confidence=confidence)
+            if frame.picture is not None:
+                changed[place] = _in_picture(frame, frame.picture, camera, own, put, left)
+                continue
             local = (own - T[:3, 3]) @ T[:3, :3]
             local -= camera.depth_bias_m * rays(local)
             positions = np.where(put[:, None], local, frame.positions)
-            confidence = np.where(put, np.maximum(frame.confidence, FILLED_CONFIDENCE), frame.confidence)
-            positions[left], confidence[left] = np.nan, 0.0
-            changed[place] = replace(frame, positions=positions, confidence=confidence)
+            positions[left] = np.nan
+            changed[place] = replace(frame, positions=positions)
         if changed:
             out[name] = Changed(frames[name], changed)
     return out
+
+
+def _in_picture(
+    frame: CameraFrame,
+    picture: PictureJoints,
+    camera: CameraCalibration,
+    places: Array,
+    put: NDArray[np.bool_],
+    left: NDArray[np.bool_],
+) -> CameraFrame:
+    """A frame of a camera without depth, with joints put elsewhere or left out; of a hand that moves, its landmarks
+    are left out too.
+
+    Args:
+        frame, picture: the frame, and what it has.
+        camera: its calibration.
+        places: of the joints [m], shape (21, 3).
+        put, left: which are put there, and left out, shape (21,).
+    """
+    lens = None if camera.lens is None else camera.lens.sized(picture.width, picture.height)
+    if lens is None:
+        return frame
+    T = camera.T_stage_camera
+    pixels, hands = picture.pixels.copy(), picture.hands
+    pixels[put] = lens.pixels_of((places[put] - T[:3, 3]) @ T[:3, :3])
+    pixels[left] = np.nan
+    moved = put | left
+    if hands is not None:
+        of_hand = np.array([moved[INDEX[f"{side}_wrist"]] for side in ("left", "right")])
+        hands = np.where(of_hand[:, None, None], np.nan, hands)
+    picture = replace(
+        picture, pixels=pixels, world_m=np.where(moved[:, None], np.nan, picture.world_m), hands=hands
+    )
+    return replace(frame, picture=picture)
 
 
 def _at(places: Array, grid_s: Array, time_s: float, row: int) -> Array:

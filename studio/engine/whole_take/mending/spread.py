@@ -1,14 +1,11 @@
-"""What a pin says about its neighbourhood: for how long the cameras were wrong, and by how much.
+"""The path of a joint through its pins, while nothing else is known of it, or some of what cameras say is wrong.
 
-A pin is a place at an instant. Cameras that contradict it do so for a while: a tracker takes a hip for a wrist, a
-limb hangs beside its true place. Each camera's error is therefore unknown, but zero at most times, and it changes
-seldom and then at once. The joint itself moves smoothly. The most likely path of the joint and the cameras' errors
-follow from that, given the pins. No truth is needed: where an error begins and ends, the camera's joint jumps against
-the smooth path.
+The joint moves smoothly and goes through the pins. Each camera's error is unknown, but zero at most times, and it
+changes seldom and then at once.
 
-Minimised: the squared residuals of the cameras less their errors, the path's accelerations, the logarithm of the
-errors, and the logarithm of their changes, by iteratively reweighted least squares whose logarithms narrow from step
-to step. Frames couple with the next two only, so every step is a banded solve.
+Minimised: the squared residuals of the cameras less their errors, the path's velocities and accelerations, the
+logarithm of the errors, and the logarithm of their changes, by iteratively reweighted least squares whose logarithms
+narrow from step to step. Frames couple with the next two only, so every step is a banded solve.
 
 Source: sparse changes by a logarithmic penalty and reweighting: Candes, Wakin, Boyd, "Enhancing sparsity by
 reweighted l1 minimization", J. Fourier Analysis and Applications 14, 2008; graduated narrowing: Blake, Zisserman,
@@ -39,15 +36,19 @@ SHARP = 6.0
 joint, smoothed over so many instants; and from how many deviations on an acceleration counts less.
 """
 
-ERROR_COSTS, ERROR_M = (0.03, 0.3), 0.04
-"""Cost of an error in a frame, where the joint fits its limb not at all and well; and the size from which the cost
-hardly grows any more.
+SPEED_RANGE_M_S = (0.3, 3.0)
+ALIKE_FRAMES = 5.0
+"""Standard deviation of the path's velocity: within this range, by the same percentile; and over how many frames it
+is about the same. Where nothing is seen for a while, the path does not swing out for it.
 """
+
+ERROR_COST, ERROR_M = 0.1, 0.04
+"""Cost of an error in a frame, and the size from which it hardly grows any more."""
 
 CHANGE_COST, CHANGE_M = 1.0, 0.01
 """Cost of a change of the error from one frame to the next, and the size from which it hardly grows any more."""
 
-WIDTHS = (12.0, 12.0, 8.0, 8.0, 5.0, 5.0, 3.0, 3.0, 2.0, 2.0, 1.4, 1.4, 1.0, 1.0, 1.0, 1.0)
+WIDTHS = (3.0, 3.0, 2.0, 2.0, 1.4, 1.4, 1.0, 1.0)
 """How much wider the logarithms are in each step."""
 
 
@@ -58,12 +59,10 @@ class Spread:
     Attributes:
         path_m: shape (frame_count, 3) [m].
         error_m: shape (frame_count, camera_count, 3) [m]; where a camera sees nothing, what lies between.
-        cost: what was minimised.
     """
 
     path_m: Array
     error_m: Array
-    cost: float
 
 
 def spread(
@@ -71,7 +70,6 @@ def spread(
     pinned: NDArray[np.bool_],
     place_m: Array,
     sigma: Array,
-    sound: Array,
 ) -> Spread:
     """Return the most likely path and errors.
 
@@ -82,51 +80,39 @@ def spread(
         place_m: its places in the same axes [m], shape (frame_count, 3).
         sigma: standard deviation of each camera's joint relative to that of an elbow, shape (frame_count,
             camera_count).
-        sound: how well each fits the rest of its limb, 0..1, same shape: errors are rarer where it does.
     """
     frames = len(seen_m)
     seen = np.isfinite(seen_m[..., 0])
     told = seen / (NOISE_M * sigma) ** 2
     measured = np.where(seen[..., None], seen_m, 0.0)
-    error = _first_errors(seen_m, pinned, place_m)
+    error = np.zeros_like(measured)
     path = np.zeros((frames, 3))
-    cost = np.interp(sound, [0.0, 1.0], ERROR_COSTS)
-    usual = _usual_acceleration(seen_m)
-    acceleration, squared = np.full(max(frames - 2, 0), usual**-2), np.zeros(max(frames - 2, 0))
+    speed, usual = _usual(seen_m)
+    acceleration = np.full(max(frames - 2, 0), usual**-2)
+    slow = (speed * STEP_S) ** -2 / ALIKE_FRAMES
     for width in WIDTHS:
         wide, wide_change = ERROR_M * width, CHANGE_M * width
         size, change = (error**2).sum(axis=2), (np.diff(error, axis=0) ** 2).sum(axis=2)
-        of_error = cost / (wide**2 + size)
+        of_error = ERROR_COST / (wide**2 + size)
         of_change = CHANGE_COST / (wide_change**2 + change)
-        path, error = _solved(measured, told, pinned, place_m, acceleration, of_error, of_change)
+        path, error = _solved(measured, told, pinned, place_m, (slow, acceleration), of_error, of_change)
         bend = np.diff(path, n=2, axis=0) / STEP_S**2
         squared = (bend**2).sum(axis=1) / usual**2
         acceleration = usual**-2 / (1.0 + squared / SHARP**2)
-    size, change = (error**2).sum(axis=2), (np.diff(error, axis=0) ** 2).sum(axis=2)
-    off = ((measured - path[:, None] - error) ** 2).sum(axis=2)
-    total = (told * off).sum() + SHARP**2 * np.log1p(squared / SHARP**2).sum()
-    total += (cost * np.log1p(size / ERROR_M**2)).sum() + CHANGE_COST * np.log1p(change / CHANGE_M**2).sum()
-    return Spread(path, error, float(total))
+    return Spread(path, error)
 
 
-def _usual_acceleration(seen_m: Array) -> float:
-    """Standard deviation of the joint's acceleration [m/s2]."""
+def _usual(seen_m: Array) -> tuple[float, float]:
+    """Standard deviations of the joint's velocity [m/s] and acceleration [m/s2]."""
     path = filled(median_of(seen_m[:, :, None]))[:, 0]
     smooth = gaussian_filter1d(path, LIVELY_STEPS, axis=0, mode="nearest")
-    size = np.linalg.norm(np.diff(smooth, n=2, axis=0), axis=1) / STEP_S**2
-    return float(np.clip(np.percentile(size, LIVELY), *ACCELERATION_RANGE_M_S2)) if len(size) else 1.0
-
-
-def _first_errors(seen_m: Array, pinned: NDArray[np.bool_], place_m: Array) -> Array:
-    """Each camera's error at the nearest pin at which it sees the joint, all along, 0 where it sees it at none, shape
-    (frame_count, camera_count, 3)."""
-    out = np.zeros_like(seen_m)
-    for camera in range(seen_m.shape[1]):
-        at = np.flatnonzero(pinned & np.isfinite(seen_m[:, camera, 0]))
-        if len(at):
-            nearest = at[np.abs(np.arange(len(seen_m))[:, None] - at).argmin(axis=1)]
-            out[:, camera] = (seen_m[:, camera] - place_m)[nearest]
-    return out
+    usual = [
+        np.percentile(np.linalg.norm(np.diff(smooth, n=n, axis=0), axis=1), LIVELY) / STEP_S**n
+        if len(path) > n
+        else 1.0
+        for n in (1, 2)
+    ]
+    return float(np.clip(usual[0], *SPEED_RANGE_M_S)), float(np.clip(usual[1], *ACCELERATION_RANGE_M_S2))
 
 
 def _solved(
@@ -134,11 +120,12 @@ def _solved(
     told: Array,
     pinned: NDArray[np.bool_],
     place_m: Array,
-    acceleration: Array,
+    smooth: tuple[float, Array],
     of_error: Array,
     of_change: Array,
 ) -> tuple[Array, Array]:
-    """The least squares with these weights; unknowns of a frame are the path, then each camera's error."""
+    """The least squares with these weights, `smooth` those of the path's steps [1/m2] and accelerations [s4/m2];
+    unknowns of a frame are the path, then each camera's error."""
     frames, cameras = told.shape
     width = cameras + 1
     band = np.zeros(
@@ -157,12 +144,20 @@ def _solved(
         band[0, mine[:-1]] += of_change[:, c]
         band[0, mine[1:]] += of_change[:, c]
         band[width, mine[:-1]] -= of_change[:, c]
-    stiff = acceleration / STEP_S**4
+    _add_smooth(band, own, *smooth)
+    factor = cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+    found = cho_solve_banded((factor, True), right, check_finite=False).reshape(frames, width, 3)
+    return found[:, 0], found[:, 1:]
+
+
+def _add_smooth(band: Array, own: NDArray[np.int64], slow: float, acceleration: Array) -> None:
+    """Add the rows of a path's steps [1/m2] and accelerations [s4/m2] to a band in lower form; `own`: its columns."""
+    width, stiff = int(own[1] - own[0]) if len(own) > 1 else 1, acceleration / STEP_S**4
+    band[0, own[:-1]] += slow
+    band[0, own[1:]] += slow
+    band[width, own[:-1]] -= slow
     for rows, factor in ((own[:-2], 1.0), (own[1:-1], 4.0), (own[2:], 1.0)):
         band[0, rows] += factor * stiff
     band[width, own[:-2]] -= 2.0 * stiff
     band[width, own[1:-1]] -= 2.0 * stiff
     band[2 * width, own[:-2]] += stiff
-    factor = cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
-    found = cho_solve_banded((factor, True), right, check_finite=False).reshape(frames, width, 3)
-    return found[:, 0], found[:, 1:]

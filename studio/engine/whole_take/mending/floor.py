@@ -1,0 +1,65 @@
+"""How far a solve raises a take above what its cameras see, known before it is solved.
+
+Finishing stands the soles on the floor by one shift of the whole take (`finish.soles.lift_m`). Pins are placed on
+what was shown, which is over this floor; cameras' joints are not.
+"""
+
+from collections.abc import Sequence
+
+from scipy.ndimage import gaussian_filter1d
+
+from studio.engine.edits.edit import Edit, PinEdit
+from studio.engine.edits.frames import Frames, stage_s
+from studio.engine.edits.timing import of_kind
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.settings.settings import SolveSettings
+from studio.engine.model.soles import USUAL_TOE_HEIGHT_M
+from studio.engine.whole_take.finish.contacts import JOINTS, find_contacts
+from studio.engine.whole_take.finish.soles import Soles, lift_m
+from studio.engine.whole_take.mending.around import STEP_S, around
+
+SMOOTHING_S = 0.1
+"""Smoothing of the feet, whose noise would sink them."""
+
+NOISY_PERCENT = 25.0
+"""As `LOWEST_PERCENT`, of feet that no body has smoothed and kept from dipping."""
+
+LOOKED_S = 60.0
+"""So much of a take tells [s]."""
+
+
+def lift_of_pins_m(
+    frames: Frames,
+    calibration: Calibration,
+    settings: SolveSettings,
+    edits: Sequence[Edit],
+    *,
+    start_s: float | None = None,
+) -> float:
+    """Return how far finishing will raise what depth cameras see, about [m]; 0 where it does not, or without pins.
+
+    Args:
+        frames: by camera, in order of time, of one performer.
+        calibration: cameras, clocks and the performer's proportions.
+        settings: of the solve.
+        edits: of this performer.
+        start_s: stage time before which nothing counts [s].
+    """
+    performer = calibration.performer
+    places = settings.finish == "on" and settings.floor_contact == "on" and not calibration.floor_given
+    known = [(name, mine) for name, mine in frames.items() if name in calibration.cameras and len(mine)]
+    if performer is None or not places or not known or not of_kind(edits, PinEdit):
+        return 0.0
+    begin_s = min(stage_s(calibration, name)(mine[0]) for name, mine in known)
+    end_s = max(stage_s(calibration, name)(mine[-1]) for name, mine in known)
+    begin_s = begin_s if start_s is None else max(begin_s, start_s)
+    seen = around(frames, calibration, begin_s, min(end_s, begin_s + LOOKED_S))
+    if seen is None:
+        return 0.0
+    feet = gaussian_filter1d(seen.middle()[:, list(JOINTS)], SMOOTHING_S / STEP_S, axis=0, mode="nearest")
+    rest_m = Skeleton.of(performer).rest_positions_m[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
+    contacts = find_contacts(feet, [(0, len(feet))], STEP_S, rest_m)
+    below_m = rest_m - rest_m.min() + USUAL_TOE_HEIGHT_M
+    return lift_m(Soles(feet, feet[..., 2] - below_m), contacts, percent=NOISY_PERCENT)

@@ -1,0 +1,49 @@
+"""A pin proves from when to when cameras were wrong, and how: on an arm whose true path is known."""
+
+import numpy as np
+import pytest
+
+from studio.engine.model.joints import INDEX, JOINT_COUNT
+from studio.engine.whole_take.mending.around import STEP_S
+from studio.engine.whole_take.mending.interval import Erring, erring, shift_of
+from tests.live.performer import calibration, joints_m
+
+COUNT, PIN, CAMERAS = 150, 75, 3
+BEGIN, END = 55, 100
+WRIST = INDEX["left_wrist"]
+ARM = [INDEX["left_elbow"], WRIST, INDEX["left_hand"]]
+TRUE = np.array([joints_m(0.5 * STEP_S * k) for k in range(COUNT)])
+PERFORMER = calibration(["camera_0"]).performer
+AXES = np.tile(np.eye(3), (COUNT, 1, 1))
+NOISE = np.ones((COUNT, CAMERAS, JOINT_COUNT))
+
+
+def seen() -> np.ndarray:
+    rng = np.random.default_rng(2)
+    return TRUE[:, None] + 0.01 * rng.normal(size=(COUNT, CAMERAS, JOINT_COUNT, 3))
+
+
+def found(tracks: np.ndarray, at: int = PIN) -> Erring:
+    place = np.zeros((COUNT, 3))
+    place[at] = TRUE[at, WRIST] + [0.01, -0.01, 0.01]
+    return erring(tracks, NOISE, WRIST, slice(at, at + 1), place, AXES, PERFORMER)
+
+
+@pytest.mark.parametrize("at", [PIN, BEGIN, END - 1], ids=["within", "first", "last"])
+def test_a_limb_that_is_shifted_is_found_with_its_shift(at: int):
+    tracks, shift = seen(), np.array([0.12, -0.1, 0.12])
+    tracks[BEGIN:END, :, ARM] += shift
+    error = found(tracks, at)
+    assert error.follows and error.joints == tuple(ARM)
+    assert abs(error.rows.start - BEGIN) <= 1 and abs(error.rows.stop - END) <= 1
+    errs = np.ones((error.rows.stop - error.rows.start, CAMERAS), dtype=bool)
+    told = shift_of(error, tracks, NOISE, errs, AXES, PERFORMER)
+    np.testing.assert_allclose(told, shift, atol=0.025)
+
+
+def test_a_wrist_that_is_taken_for_another_joint_says_nothing_for_as_long():
+    tracks = seen()
+    tracks[BEGIN:END, :, ARM[1:]] = tracks[BEGIN:END, :, [INDEX["spine"]]]
+    error = found(tracks)
+    assert not error.follows and error.joints == (WRIST, INDEX["left_hand"])
+    assert abs(error.rows.start - BEGIN) <= 1 and abs(error.rows.stop - END) <= 1
