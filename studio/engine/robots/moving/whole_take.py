@@ -49,14 +49,15 @@ VELOCITY_SHARE = 0.95
 
 FLOOR_M = 0.001
 APART_M, APART_SIGMA_M, APART_SOFT_M = 0.005, 0.002, 0.1
-"""Deviation of a sole below the floor; distance that parts keep from each other and from the floor, deviation below
-it, and the same in the first step."""
+"""Deviation of what is below the floor; distance that parts keep from each other, deviation below it, and the same in
+the first step."""
 
 TOUCH_SIGMA_M = 0.015
 """Deviation of the distance between what touches."""
 
-STRENGTH_ITERATIONS = 10
-"""Gauss-Newton steps after the others in which torques are kept within their limits, where any is beyond."""
+STRENGTH_ITERATIONS, STRENGTH_STEP, STRENGTH_PATIENCE = 30, 0.4, 8
+"""Most Gauss-Newton steps after the others in which torques are kept within their limits, where any is beyond; share
+of each that is gone, since forces of the floor jump from sole to sole; and steps without a better one that end it."""
 
 _TOUCHING = np.array([[INDEX[first], INDEX[second]] for first, second in TOUCHING])
 _CORNERS = SOLES.ravel()
@@ -102,11 +103,8 @@ def retargeted(
             apart = _apart(iteration) if options.self_contact else None
             q[rows] = solver.stepped(q[rows], targets.part(rows), begin - low, apart=apart)
             progress((begin + (high - begin) * (iteration + 1) / ITERATIONS) / len(q))
-        for _ in range(STRENGTH_ITERATIONS if options.strength else 0):
-            weaker = solver.weaker(q[rows], targets.part(rows), begin - low)
-            if weaker is None:
-                break
-            q[rows] = weaker
+        if options.strength:
+            q[rows] = solver.weaker(q[rows], targets.part(rows), begin - low)
     return solver.finished(q)
 
 
@@ -142,15 +140,20 @@ class _Solver:
         """A window's configurations after one Gauss-Newton step; the first `held` stay."""
         return _moved(q, self._normal(q, targets, apart), held)
 
-    def weaker(self, q: Array, targets: Targets, held: int) -> Array | None:
-        """A window's configurations after one more step with torques nearer their limits; None if none is beyond."""
+    def weaker(self, q: Array, targets: Targets, held: int) -> Array:
+        """A window's configurations with torques nearer their limits: the best of several steps."""
         if not self._torques.given or len(q) < 3:
-            return None
+            return q
         apart = _apart(ITERATIONS) if self._options.self_contact else None
-        blocks = Blocks.of(self._normal(q, targets, apart))
-        if not self._torques.add_rows(blocks, self._kinematics.whole(q), self._kinematics.dofs):
-            return None
-        return _moved(q, blocks, held)
+        best, least, since = q, np.inf, 0
+        for _ in range(STRENGTH_ITERATIONS + 1):
+            blocks = Blocks.of(self._normal(q, targets, apart))
+            beyond = self._torques.add_rows(blocks, self._kinematics.whole(q), self._kinematics.dofs)
+            best, least, since = (q, beyond, 0) if beyond < least else (best, least, since + 1)
+            if beyond == 0.0 or since > STRENGTH_PATIENCE:
+                break
+            q = _moved(q, blocks, held, STRENGTH_STEP)
+        return best
 
     def _normal(self, q: Array, targets: Targets, apart: float | None) -> BandedNormal:
         """The normal equations at a window's configurations."""
@@ -200,12 +203,12 @@ class _Solver:
         normal.next[:, k, k] -= stiffness
 
 
-def _moved(q: Array, normal: NormalEquations, held: int) -> Array:
-    """Configurations moved by the solution of normal equations; the first `held` stay."""
+def _moved(q: Array, normal: NormalEquations, held: int, share: float = 1.0) -> Array:
+    """Configurations moved by a share of the solution of normal equations; the first `held` stay."""
     k = np.arange(q.shape[1] - 1)
     normal.diagonal[:held, k[:, None], k[:, None]] += HELD
     normal.right[:held] = 0.0
-    return moved(q, np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
+    return moved(q, share * np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
 
 
 def _point_rows(at: Linearised, targets: Targets) -> BandedNormal:
@@ -248,9 +251,10 @@ def _apart(iteration: int) -> float:
 
 def _contact_rows(normal: BandedNormal, contacts: ContactRows, sigma_m: float) -> None:
     """Push parts apart that are too near; a step towards each other is damped where they are near."""
-    wanted = np.where((contacts.bodies == 0).any(axis=1), 0.0, APART_M)
-    too_near = np.maximum(wanted - contacts.distance_m, 0.0)
-    add_rows(normal, contacts.frames, contacts.rows / sigma_m, too_near / sigma_m)
+    floor = (contacts.bodies == 0).any(axis=1)
+    too_near = np.maximum(np.where(floor, 0.0, APART_M) - contacts.distance_m, 0.0)
+    sigma = np.where(floor, sigma_m * FLOOR_M / APART_SIGMA_M, sigma_m)
+    add_rows(normal, contacts.frames, contacts.rows / sigma[:, None], too_near / sigma)
 
 
 def within_velocity(angles: Array, reach: Array) -> Array:
