@@ -138,26 +138,34 @@ class _Solver:
 
     def stepped(self, q: Array, targets: Targets, held: int, *, apart: float | None) -> Array:
         """A window's configurations after one Gauss-Newton step; the first `held` stay."""
-        return _moved(q, self._normal(q, targets, apart), held)
+        return _moved(q, self._normal(q, self._linearised(q, apart), targets, apart), held)
 
     def weaker(self, q: Array, targets: Targets, held: int) -> Array:
-        """A window's configurations with torques nearer their limits: the best of several steps."""
+        """A window's configurations with torques nearer their limits: the best of several steps, in none of whose
+        frames parts overlap by more than they did, or by `APART_M`."""
         if not self._torques.given or len(q) < 3:
             return q
         apart = _apart(ITERATIONS) if self._options.self_contact else None
-        best, least, since = q, np.inf, 0
+        best, least, since, deepest = q, np.inf, 0, np.inf
         for _ in range(STRENGTH_ITERATIONS + 1):
-            blocks = Blocks.of(self._normal(q, targets, apart))
+            at = self._linearised(q, apart)
+            blocks = Blocks.of(self._normal(q, at, targets, apart))
             beyond = self._torques.add_rows(blocks, self._kinematics.whole(q), self._kinematics.dofs)
-            best, least, since = (q, beyond, 0) if beyond < least else (best, least, since + 1)
-            if beyond == 0.0 or since > STRENGTH_PATIENCE:
+            overlap = _overlap_m(at.contacts)
+            if best is q:
+                deepest = max(overlap, APART_M)
+            better = beyond < least and overlap <= deepest
+            best, least, since = (q, beyond, 0) if better else (best, least, since + 1)
+            if least == 0.0 or since > STRENGTH_PATIENCE:
                 break
             q = _moved(q, blocks, held, STRENGTH_STEP)
         return best
 
-    def _normal(self, q: Array, targets: Targets, apart: float | None) -> BandedNormal:
+    def _linearised(self, q: Array, apart: float | None) -> Linearised:
+        return self._kinematics.linearised(q, contacts=apart is not None, mass=self._options.balance)
+
+    def _normal(self, q: Array, at: Linearised, targets: Targets, apart: float | None) -> BandedNormal:
         """The normal equations at a window's configurations."""
-        at = self._kinematics.linearised(q, contacts=apart is not None, mass=self._options.balance)
         normal = _point_rows(at, targets)
         _touch_rows(normal, at, targets)
         _floor_rows(normal, at)
@@ -247,6 +255,13 @@ def _apart(iteration: int) -> float:
     """Deviation of parts that are too near each other [m]: it falls, so that a limb passes another on the way."""
     share = min(iteration / FIRM_ITERATION, 1.0)
     return APART_SOFT_M ** (1.0 - share) * APART_SIGMA_M**share
+
+
+def _overlap_m(contacts: ContactRows | None) -> float:
+    """How deep a part is in another one at most."""
+    if contacts is None:
+        return 0.0
+    return float(np.max(-contacts.distance_m[(contacts.bodies != 0).all(axis=1)], initial=0.0))
 
 
 def _contact_rows(normal: BandedNormal, contacts: ContactRows, sigma_m: float) -> None:
