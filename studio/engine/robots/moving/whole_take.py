@@ -49,8 +49,8 @@ VELOCITY_SHARE = 0.95
 
 FLOOR_M = 0.001
 APART_M, APART_SIGMA_M, APART_SOFT_M = 0.005, 0.002, 0.1
-"""Deviation of what is below the floor; distance that parts keep from each other, deviation below it, and the same in
-the first step."""
+"""Deviation of a sole below the floor; distance that parts keep from each other and from the floor, deviation below
+it, and the same in the first step."""
 
 TOUCH_SIGMA_M = 0.015
 """Deviation of the distance between what touches."""
@@ -142,18 +142,21 @@ class _Solver:
 
     def weaker(self, q: Array, targets: Targets, held: int) -> Array:
         """A window's configurations with torques nearer their limits: the best of several steps, in none of whose
-        frames parts overlap by more than they did, or by `APART_M`."""
+        frames parts overlap by more than they did, or by twice `APART_M`."""
         if not self._torques.given or len(q) < 3:
             return q
         apart = _apart(ITERATIONS) if self._options.self_contact else None
         best, least, since, deepest = q, np.inf, 0, np.inf
         for _ in range(STRENGTH_ITERATIONS + 1):
             at = self._linearised(q, apart)
-            blocks = Blocks.of(self._normal(q, at, targets, apart))
+            normal = self._normal(q, at, targets, apart)
+            if at.contacts is not None:  # what is weak must not lean on the floor
+                _contact_rows(normal, at.contacts.part(at.contacts.on_floor), FLOOR_M)
+            blocks = Blocks.of(normal)
             beyond = self._torques.add_rows(blocks, self._kinematics.whole(q), self._kinematics.dofs)
             overlap = _overlap_m(at.contacts)
             if best is q:
-                deepest = max(overlap, APART_M)
+                deepest = max(overlap, 2.0 * APART_M)
             better = beyond < least and overlap <= deepest
             best, least, since = (q, beyond, 0) if better else (best, least, since + 1)
             if least == 0.0 or since > STRENGTH_PATIENCE:
@@ -261,15 +264,14 @@ def _overlap_m(contacts: ContactRows | None) -> float:
     """How deep a part is in another one at most."""
     if contacts is None:
         return 0.0
-    return float(np.max(-contacts.distance_m[(contacts.bodies != 0).all(axis=1)], initial=0.0))
+    return float(np.max(-contacts.distance_m[~contacts.on_floor], initial=0.0))
 
 
 def _contact_rows(normal: BandedNormal, contacts: ContactRows, sigma_m: float) -> None:
     """Push parts apart that are too near; a step towards each other is damped where they are near."""
-    floor = (contacts.bodies == 0).any(axis=1)
-    too_near = np.maximum(np.where(floor, 0.0, APART_M) - contacts.distance_m, 0.0)
-    sigma = np.where(floor, sigma_m * FLOOR_M / APART_SIGMA_M, sigma_m)
-    add_rows(normal, contacts.frames, contacts.rows / sigma[:, None], too_near / sigma)
+    wanted = np.where(contacts.on_floor, 0.0, APART_M)
+    too_near = np.maximum(wanted - contacts.distance_m, 0.0)
+    add_rows(normal, contacts.frames, contacts.rows / sigma_m, too_near / sigma_m)
 
 
 def within_velocity(angles: Array, reach: Array) -> Array:
