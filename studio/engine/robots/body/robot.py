@@ -102,11 +102,12 @@ class Robot:
 
     @property
     def height_m(self) -> float:
-        """Height of the zero pose [m]."""
+        """Height of the zero pose [m], of its geometry, and of `POINTS` where that is only of a part."""
         data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, data)
         points = surface_points(self.model, data, range(1, self.model.nbody))
-        return float(np.ptp(points[:, 2])) if len(points) else float(np.ptp(self.at_rest_m[:, 2]))
+        own = float(np.ptp(self.at_rest_m[:, 2]))
+        return max(own, float(np.ptp(points[:, 2]))) if len(points) else own
 
     @property
     def standing(self) -> Array:

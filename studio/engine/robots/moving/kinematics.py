@@ -33,6 +33,17 @@ class ContactRows:
     distance_m: Array
     rows: Array
 
+    @property
+    def on_floor(self) -> NDArray[np.bool_]:
+        """Whether each is one with the floor, shape (count,)."""
+        return (self.bodies == 0).any(axis=1)
+
+    def part(self, chosen: NDArray[np.bool_]) -> "ContactRows":
+        """Some of the contacts."""
+        return ContactRows(
+            self.frames[chosen], self.bodies[chosen], self.distance_m[chosen], self.rows[chosen]
+        )
+
 
 @dataclass(frozen=True)
 class Linearised:

@@ -35,11 +35,13 @@ Array = NDArray[np.float64]
 _build_ik = cast("Callable[..., Any]", mink.build_ik)
 """Typed as if the matrix could be sparse; mink's is always dense."""
 
-FIRST_ITERATIONS, FREE_ITERATIONS = 3, 2
-"""Steps of a first frame before the one that every frame has, and how many of them let parts overlap: it shall
-take little longer than a later one. What is left of the way goes into the next tenths of a second."""
+FIRST_ITERATIONS = 3
+"""Steps of a first frame. They let parts overlap, because the contacts of a jump are many and deep: to find them
+takes as long as the rest of the frame. The next frames part them."""
 
-MAX_STEP_RAD = 0.3
+MAX_STEP_RAD, FIRST_STEP_RAD = 0.3, 0.6
+"""Largest turns of a hinge in a frame, and in each step of a first frame."""
+
 VELOCITY_SHARE = 0.9
 """Share of the last frame's velocity that is expected to go on."""
 
@@ -203,7 +205,10 @@ class LiveRobot:
         if not self._started:
             self._started = True
             hips = targets.points_m[0, [INDEX["left_hip"], INDEX["right_hip"]]].mean(axis=0)
-            self._start(hips, targets.hips_wxyz[0])
+            self._stand_at(hips, targets.hips_wxyz[0])
+            if self._at_once:
+                self._jump()
+                return self._configuration.q.copy()
         self._velocity = VELOCITY_SHARE * self._step(self._velocity, pace)
         return self._configuration.q.copy()
 
@@ -223,18 +228,20 @@ class LiveRobot:
         self._step(np.zeros_like(self._velocity), 1.0)
         self._configuration.update(self._robot.standing)
 
-    def _start(self, hips_m: Array, hips_wxyz: Array) -> None:
+    def _stand_at(self, hips_m: Array, hips_wxyz: Array) -> None:
+        """Take the stance, with the hips at a place."""
         q = self._robot.standing
         rest = self._robot.at_rest_m[[INDEX["left_hip"], INDEX["right_hip"]]].mean(axis=0)
         q[:3] += hips_m - rest
         q[3:FREE] = hips_wxyz
         self._configuration.update(q)
-        if not self._at_once:
-            return
-        reach, self._reach = self._reach, np.where(self._reach > 0.0, MAX_STEP_RAD, 0.0)
+
+    def _jump(self) -> None:
+        """Go to the targets as far as a few steps do, whatever the limits of velocities."""
+        reach, self._reach = self._reach, np.where(self._reach > 0.0, FIRST_STEP_RAD, 0.0)
         stiffness, self._stiffness = self._stiffness, np.ones_like(self._stiffness)
-        for iteration in range(FIRST_ITERATIONS):
-            self._step(np.zeros_like(self._velocity), 1.0, apart=iteration >= FREE_ITERATIONS)
+        for _ in range(FIRST_ITERATIONS):
+            self._step(np.zeros_like(self._velocity), 1.0, apart=False)
         self._reach, self._stiffness = reach, stiffness
 
     def _step(self, expected: Array, pace: float, *, apart: bool = True) -> Array:

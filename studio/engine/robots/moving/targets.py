@@ -66,6 +66,26 @@ KEY_POINTS = tuple(
 )
 """Points whose distance from their targets is a figure."""
 
+_HIPS, _KNEES, _ANKLES, _SHOULDERS, _ELBOWS, _HANDS, _THUMBS = (
+    [INDEX[f"{side}_{part}"] for side in SIDES]
+    for part in ("hip", "knee", "ankle", "shoulder", "elbow", "hand", "thumb")
+)
+_OF_HIPS = [*_HIPS, INDEX["pelvis_up"]]
+_OF_CHEST = [*_SHOULDERS, INDEX["torso_front"], INDEX["head_front"]]
+_LEFT, _AHEAD = np.array([[0.0, 1.0, 0.0]]), np.array([0.2, 0.0, 0.0])
+_THUMB_WAYS = np.array([[0.0, -1.0, 0.0]] * 2)
+"""Left of the hips, the lever of the head, and ways of thumbs in the T-pose."""
+
+_WHOSE = [0] * 4 + [1] * 4 + [2] + [5, 6] + [3] * 4 + [4] * 4
+"""Which turn each of `_turned_ways` has: of hips, chest, head, feet, hands."""
+
+_BONES = (
+    ("UpLeg", "Leg", "thigh"),
+    ("Arm", "ForeArm", "upper_arm"),
+    ("ForeArm", "Hand", "forearm"),
+)
+"""First and last joint of a performer's bones that a robot's limbs follow, and the robot's length."""
+
 
 @dataclass(frozen=True)
 class Targets:
@@ -132,28 +152,24 @@ def scaled(robot: Robot, motion: Performed) -> Targets:
     nothing touched."""
     ratio = robot.leg_m / motion.leg_m
     frames = len(motion.time_s)
+    turns = _turns(motion)
+    hips_turn, chest_turn, _, left_foot, right_foot = turns.swapaxes(0, 1)
+    ways = _turned_ways(robot, motion, turns)
     points = np.empty((frames, len(POINTS), 3))
-    hips_turn, chest_turn = (multiply(motion.turned[part], TO_STAGE) for part in ("Hips", "Chest"))
-    rest = robot.at_rest_m
-    hips_rest = 0.5 * (rest[INDEX["left_hip"]] + rest[INDEX["right_hip"]])
-    shoulders_rest = 0.5 * (rest[INDEX["left_shoulder"]] + rest[INDEX["right_shoulder"]])
     hips = ratio * motion.middle("UpLeg")
     hips[:, 2] -= SINK * robot.leg_m
-    for point in ("left_hip", "right_hip", "pelvis_up"):
-        points[:, INDEX[point]] = hips + rotate(hips_turn, rest[INDEX[point]] - hips_rest)
-    trunk_m = float(np.linalg.norm(shoulders_rest - hips_rest))
+    points[:, _OF_HIPS] = hips[:, None] + ways[:, :3]
+    trunk_m = float(np.linalg.norm(np.subtract(*_middles(robot))))
     shoulders = hips + _directions(motion.middle("Arm") - motion.middle("UpLeg"), trunk_m)
-    for point in ("left_shoulder", "right_shoulder", "torso_front"):
-        points[:, INDEX[point]] = shoulders + rotate(chest_turn, rest[INDEX[point]] - shoulders_rest)
-    head_turn = multiply(motion.turned["Head"], TO_STAGE)
-    ahead = np.array([0.2, 0.0, 0.0])
-    head = shoulders + rotate(chest_turn, rest[INDEX["head_front"]] - ahead - shoulders_rest)
-    points[:, INDEX["head_front"]] = head + rotate(head_turn, ahead)
-    for side, theirs in zip(SIDES, PERFORMER_SIDES, strict=True):
-        _limb(robot, motion, points, side, theirs)
-    ankles, feet = _ankles(robot, motion, hips_turn, ratio)
-    points[:, [INDEX["left_ankle"], INDEX["right_ankle"]]] = ankles
-    points[:, SOLES] = _soles(robot, ankles, feet)
+    points[:, _OF_CHEST] = shoulders[:, None] + ways[:, 4:8]
+    points[:, INDEX["head_front"]] += ways[:, 8]
+    _limbs(robot, motion, points)
+    points[:, _THUMBS] = points[:, _HANDS] + THUMB_M * ways[:, 9:11]
+    ankles = _ankles(robot, motion, ways[:, 3], ratio)
+    points[:, _ANKLES] = ankles
+    soles = ankles[:, :, None] + ways[:, 11:].reshape(frames, 2, len(CORNERS), 3)
+    soles[..., 2] -= np.minimum(soles[..., 2].min(axis=2, keepdims=True), 0.0)  # none below the floor
+    points[:, SOLES] = soles
     sigma = np.tile(_SIGMA_M[:, None], (frames, 1, 3))
     _hands_on_floor(motion, _arm_ratio(robot, motion), points, sigma)
     return Targets(
@@ -163,56 +179,70 @@ def scaled(robot: Robot, motion: Performed) -> Targets:
         hold=np.zeros((frames, 2, 4)),
         hips_wxyz=hips_turn,
         chest_wxyz=chest_turn,
-        feet_wxyz=feet,
+        feet_wxyz=np.stack([left_foot, right_foot], axis=1),
         touch_m=np.zeros((frames, len(TOUCHING), 3)),
         touching=np.zeros((frames, len(TOUCHING))),
     )
 
 
-def _directions(ways: Array, length_m: float) -> Array:
-    """Ways of a given length in the directions of others, shape (frame_count, 3)."""
-    return ways * (length_m / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9))
+def _turns(motion: Performed) -> Array:
+    """Turns of hips, chest, head, left and right foot from a robot's zero pose, wxyz, shape (frame_count, 5, 4)."""
+    feet = [motion.turned[f"{theirs}Foot"] for theirs in PERFORMER_SIDES]
+    turns = np.stack([*(motion.turned[part] for part in ("Hips", "Chest", "Head")), *feet], axis=1)
+    turns[:, 3:] = multiply(turns[:, 3:], motion.feet_rest)
+    return multiply(turns, TO_STAGE)
 
 
-def _limb(robot: Robot, motion: Performed, points: Array, side: str, theirs: str) -> None:
-    """Set the knee, elbow, hand and thumb of a side, from its hip and shoulder."""
-    at, lengths = motion.at, robot.lengths_m
+def _turned_ways(robot: Robot, motion: Performed, turns: Array) -> Array:
+    """Ways on a robot's parts, turned as the performer's parts are [m], shape (frame_count, 19, 3): from the hips'
+    middle to `_OF_HIPS`, the hips' left, from the shoulders' middle to `_OF_CHEST`, the head's lever, the thumbs'
+    levers, and from the ankles to the corners of the soles. All at once, because a live frame's arrays are small."""
+    rest = robot.at_rest_m
+    hips, shoulders = _middles(robot)
+    of_chest = rest[_OF_CHEST]
+    of_chest[-1] -= _AHEAD
+    of_chest -= shoulders
+    soles = (rest[SOLES] - robot.ankle_m[:, None]).reshape(-1, 3)
+    ways = np.concatenate([rest[_OF_HIPS] - hips, _LEFT, of_chest, _AHEAD[None], _THUMB_WAYS, soles])
+    hands = np.stack([motion.turned[f"{theirs}Hand"] for theirs in PERFORMER_SIDES], axis=1)
+    whose = np.concatenate([turns, hands], axis=1)[:, _WHOSE]
+    return rotate(whose, ways)
 
-    def way(first: str, last: str, length: str) -> Array:
-        return _directions(at[theirs + last] - at[theirs + first], lengths[length])
 
-    points[:, INDEX[f"{side}_knee"]] = points[:, INDEX[f"{side}_hip"]] + way("UpLeg", "Leg", "thigh")
-    elbow = points[:, INDEX[f"{side}_shoulder"]] + way("Arm", "ForeArm", "upper_arm")
-    hand = elbow + way("ForeArm", "Hand", "forearm")
-    points[:, INDEX[f"{side}_elbow"]], points[:, INDEX[f"{side}_hand"]] = elbow, hand
-    thumb = rotate(motion.turned[f"{theirs}Hand"], np.array([0.0, -1.0, 0.0]))
-    points[:, INDEX[f"{side}_thumb"]] = hand + THUMB_M * thumb
+def _middles(robot: Robot) -> tuple[Array, Array]:
+    """Middles of a robot's hips and shoulders in its zero pose [m], each of the shape (3,)."""
+    rest = robot.at_rest_m
+    return 0.5 * (rest[_HIPS[0]] + rest[_HIPS[1]]), 0.5 * (rest[_SHOULDERS[0]] + rest[_SHOULDERS[1]])
 
 
-def _ankles(robot: Robot, motion: Performed, hips_turn: Array, ratio: float) -> tuple[Array, Array]:
-    """Places of the ankles [m], shape (frame_count, 2, 3), and turns of the feet, shape (frame_count, 2, 4)."""
-    ankles = np.empty((len(motion.time_s), 2, 3))
-    feet = np.empty((len(motion.time_s), 2, 4))
-    left = rotate(hips_turn, np.array([0.0, 1.0, 0.0]))
-    left[:, 2] = 0.0
+def _directions(ways: Array, length_m: Array | float) -> Array:
+    """Ways, shape (..., 3), of given lengths in the directions of others."""
+    return ways * (length_m / np.maximum(np.linalg.norm(ways, axis=-1, keepdims=True), 1e-9))
+
+
+def _limbs(robot: Robot, motion: Performed, points: Array) -> None:
+    """Set knees, elbows and hands, from hips and shoulders."""
+    at = motion.at
+    bones = np.stack(
+        [at[side + last] - at[side + first] for first, last, _ in _BONES for side in PERFORMER_SIDES], axis=1
+    )
+    lengths = np.repeat([robot.lengths_m[name] for _, _, name in _BONES], 2)
+    ways = _directions(bones, lengths[:, None])
+    points[:, _KNEES] = points[:, _HIPS] + ways[:, :2]
+    points[:, _ELBOWS] = points[:, _SHOULDERS] + ways[:, 2:4]
+    points[:, _HANDS] = points[:, _ELBOWS] + ways[:, 4:]
+
+
+def _ankles(robot: Robot, motion: Performed, left: Array, ratio: float) -> Array:
+    """Places of the ankles [m], shape (frame_count, 2, 3); `left`: the hips' left, shape (frame_count, 3)."""
+    left = left * [1.0, 1.0, 0.0]
     left /= np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-9)
-    apart = np.linalg.norm(robot.at_rest_m[INDEX["left_hip"]] - robot.at_rest_m[INDEX["right_hip"]])
+    apart = np.linalg.norm(robot.at_rest_m[_HIPS[0]] - robot.at_rest_m[_HIPS[1]])
     wider = 0.5 * (float(apart) - ratio * motion.lengths_m["hip_width"])
-    for k, (theirs, sign) in enumerate(zip(PERFORMER_SIDES, (1.0, -1.0), strict=True)):
-        ankles[:, k] = ratio * motion.at[f"{theirs}Foot"] + sign * wider * left
-        ankles[:, k, 2] = robot.ankle_m[k, 2] + ratio * (
-            motion.at[f"{theirs}Foot"][:, 2] - motion.stand_m[2 * k]
-        )
-        feet[:, k] = multiply(multiply(motion.turned[f"{theirs}Foot"], motion.feet_rest[k]), TO_STAGE)
-    return ankles, feet
-
-
-def _soles(robot: Robot, ankles: Array, feet: Array) -> Array:
-    """Corners of the soles [m], shape (frame_count, 2, 4, 3), none of them below the floor."""
-    local = robot.at_rest_m[SOLES] - robot.ankle_m[:, None]
-    out = ankles[:, :, None] + rotate(feet[:, :, None], local)
-    out[..., 2] -= np.minimum(out[..., 2].min(axis=2, keepdims=True), 0.0)
-    return out
+    feet = np.stack([motion.at[f"{theirs}Foot"] for theirs in PERFORMER_SIDES], axis=1)
+    ankles = ratio * feet + np.array([[wider], [-wider]]) * left[:, None]
+    ankles[..., 2] = robot.ankle_m[:, 2] + ratio * (feet[..., 2] - motion.stand_m[[0, 2]])
+    return ankles
 
 
 def corner_hold(hold: Array) -> Array:
@@ -334,11 +364,10 @@ def _touches(motion: Performed, ratio: float) -> tuple[Array, Array]:
 
 def _hands_on_floor(motion: Performed, ratio: float, points: Array, sigma: Array) -> None:
     """Bring hands to the floor, in place, where the performer's are on it."""
-    for side in SIDES:
-        hand, height = INDEX[f"{side}_hand"], _joint(motion, f"{side}_hand")[:, 2]
-        near = _nearness(np.maximum(height, 0.0))
-        points[:, hand, 2] += near * (ratio * height - points[:, hand, 2])
-        sigma[:, hand, 2] *= (FLOOR_SIGMA_M / SIGMA_M["hand"]) ** near
+    height = np.stack([motion.at[f"{theirs}Hand"][:, 2] for theirs in PERFORMER_SIDES], axis=1)
+    near = _nearness(np.maximum(height, 0.0))
+    points[:, _HANDS, 2] += near * (ratio * height - points[:, _HANDS, 2])
+    sigma[:, _HANDS, 2] *= (FLOOR_SIGMA_M / SIGMA_M["hand"]) ** near
 
 
 def _joint(motion: Performed, point: str) -> Array:

@@ -25,9 +25,9 @@ BEARS_M = 0.02
 KEPT_SHARE = 0.9
 """Share of a limit from which a solve keeps away."""
 
-SIGMA_SHARE = 0.25
-"""Standard deviation of a torque beyond that, as a share of its limit. Costs are Cauchy's: what a robot cannot do
-at all must not bend the rest of its motion."""
+SIGMA_SHARE, HALF_SHARE = 0.1, 1.0
+"""Standard deviation of a torque beyond that, and excess at which it counts half, as shares of its limit. Costs are
+Cauchy's: what a robot cannot do at all must not bend the rest of its motion."""
 
 
 class RobotTorques:
@@ -50,9 +50,11 @@ class RobotTorques:
         Returns:
             Shape (frame_count - 2, hinge_count); 0 where no limit is given.
         """
-        torque = self._of(q)[0].torque
+        return self._shares(self._of(q)[0])
+
+    def _shares(self, torques: Torques) -> Array:
         low, high = self._robot.torque_nm.T
-        return np.maximum(torque / low, torque / high)
+        return np.maximum(torques.torque / low, torques.torque / high)
 
     def _of(self, q: Array) -> tuple[Torques, Array]:
         """Torques, and forces at the points, shape (frame_count - 2, point_count, 3)."""
@@ -61,26 +63,30 @@ class RobotTorques:
         forces = contact_forces(motion, bears, shared=True)
         return self._inverse.torques(q, steps(q), forces), forces.at_points
 
-    def add_rows(self, blocks: Blocks, q: Array, dofs: NDArray[np.int64]) -> bool:
-        """Add rows that bring torques back to `KEPT_SHARE` of their limits; return whether any is beyond.
+    def add_rows(self, blocks: Blocks, q: Array, dofs: NDArray[np.int64]) -> float:
+        """Add rows that bring torques back to `KEPT_SHARE` of their limits.
 
         The forces of the floor follow the accelerations: the least ones, at the points that bear, that move the base.
 
         Args:
             blocks: normal equations of the degrees of freedom `dofs`.
             q: whole configurations, shape (frame_count, nq).
+
+        Returns:
+            How far torques are beyond their limits, as shares of those: the mean over frames of the worst joint's.
         """
         torques, forces = self._of(q)
-        sigma = SIGMA_SHARE * np.abs(self._robot.torque_nm).min(axis=1)
+        limit = np.abs(self._robot.torque_nm).min(axis=1)
+        sigma = SIGMA_SHARE * limit
         for k in np.flatnonzero(torques.excess.any(axis=1)):
             hinges = np.flatnonzero(torques.excess[k])
-            excess = torques.excess[k, hinges] / sigma[hinges]
-            weight = 1.0 / (1.0 + excess**2)
+            excess = torques.excess[k, hinges]
+            weight = 1.0 / (1.0 + (excess / (HALF_SHARE * limit[hinges])) ** 2)
             rows = self._by_acceleration(q[k + 1], np.flatnonzero(forces[k].any(axis=1)))[hinges][:, dofs]
             rows /= sigma[hinges, None] * self._frame_s**2
-            square, pull = (weight[:, None] * rows).T @ rows, (weight * excess) @ rows
+            square, pull = (weight[:, None] * rows).T @ rows, (weight * excess / sigma[hinges]) @ rows
             add_difference(blocks, int(k), square, pull)
-        return bool(torques.excess.any())
+        return float(np.maximum(self._shares(torques) - 1.0, 0.0).max(axis=1).mean())
 
     def _by_acceleration(self, q: Array, bearing: NDArray[np.int64]) -> Array:
         """Torques by accelerations of all degrees of freedom, shape (hinge_count, nv), where some points bear."""

@@ -55,8 +55,9 @@ it, and the same in the first step."""
 TOUCH_SIGMA_M = 0.015
 """Deviation of the distance between what touches."""
 
-STRENGTH_ITERATIONS = 10
-"""Gauss-Newton steps after the others in which torques are kept within their limits, where any is beyond."""
+STRENGTH_ITERATIONS, STRENGTH_STEP, STRENGTH_PATIENCE = 30, 0.4, 8
+"""Most Gauss-Newton steps after the others in which torques are kept within their limits, where any is beyond; share
+of each that is gone, since forces of the floor jump from sole to sole; and steps without a better one that end it."""
 
 _TOUCHING = np.array([[INDEX[first], INDEX[second]] for first, second in TOUCHING])
 _CORNERS = SOLES.ravel()
@@ -102,11 +103,8 @@ def retargeted(
             apart = _apart(iteration) if options.self_contact else None
             q[rows] = solver.stepped(q[rows], targets.part(rows), begin - low, apart=apart)
             progress((begin + (high - begin) * (iteration + 1) / ITERATIONS) / len(q))
-        for _ in range(STRENGTH_ITERATIONS if options.strength else 0):
-            weaker = solver.weaker(q[rows], targets.part(rows), begin - low)
-            if weaker is None:
-                break
-            q[rows] = weaker
+        if options.strength:
+            q[rows] = solver.weaker(q[rows], targets.part(rows), begin - low)
     return solver.finished(q)
 
 
@@ -140,21 +138,37 @@ class _Solver:
 
     def stepped(self, q: Array, targets: Targets, held: int, *, apart: float | None) -> Array:
         """A window's configurations after one Gauss-Newton step; the first `held` stay."""
-        return _moved(q, self._normal(q, targets, apart), held)
+        return _moved(q, self._normal(q, self._linearised(q, apart), targets, apart), held)
 
-    def weaker(self, q: Array, targets: Targets, held: int) -> Array | None:
-        """A window's configurations after one more step with torques nearer their limits; None if none is beyond."""
+    def weaker(self, q: Array, targets: Targets, held: int) -> Array:
+        """A window's configurations with torques nearer their limits: the best of several steps, in none of whose
+        frames parts overlap by more than they did, or by twice `APART_M`."""
         if not self._torques.given or len(q) < 3:
-            return None
+            return q
         apart = _apart(ITERATIONS) if self._options.self_contact else None
-        blocks = Blocks.of(self._normal(q, targets, apart))
-        if not self._torques.add_rows(blocks, self._kinematics.whole(q), self._kinematics.dofs):
-            return None
-        return _moved(q, blocks, held)
+        best, least, since, deepest = q, np.inf, 0, np.inf
+        for _ in range(STRENGTH_ITERATIONS + 1):
+            at = self._linearised(q, apart)
+            normal = self._normal(q, at, targets, apart)
+            if at.contacts is not None:  # what is weak must not lean on the floor
+                _contact_rows(normal, at.contacts.part(at.contacts.on_floor), FLOOR_M)
+            blocks = Blocks.of(normal)
+            beyond = self._torques.add_rows(blocks, self._kinematics.whole(q), self._kinematics.dofs)
+            overlap = _overlap_m(at.contacts)
+            if best is q:
+                deepest = max(overlap, 2.0 * APART_M)
+            better = beyond < least and overlap <= deepest
+            best, least, since = (q, beyond, 0) if better else (best, least, since + 1)
+            if least == 0.0 or since > STRENGTH_PATIENCE:
+                break
+            q = _moved(q, blocks, held, STRENGTH_STEP)
+        return best
 
-    def _normal(self, q: Array, targets: Targets, apart: float | None) -> BandedNormal:
+    def _linearised(self, q: Array, apart: float | None) -> Linearised:
+        return self._kinematics.linearised(q, contacts=apart is not None, mass=self._options.balance)
+
+    def _normal(self, q: Array, at: Linearised, targets: Targets, apart: float | None) -> BandedNormal:
         """The normal equations at a window's configurations."""
-        at = self._kinematics.linearised(q, contacts=apart is not None, mass=self._options.balance)
         normal = _point_rows(at, targets)
         _touch_rows(normal, at, targets)
         _floor_rows(normal, at)
@@ -200,12 +214,12 @@ class _Solver:
         normal.next[:, k, k] -= stiffness
 
 
-def _moved(q: Array, normal: NormalEquations, held: int) -> Array:
-    """Configurations moved by the solution of normal equations; the first `held` stay."""
+def _moved(q: Array, normal: NormalEquations, held: int, share: float = 1.0) -> Array:
+    """Configurations moved by a share of the solution of normal equations; the first `held` stay."""
     k = np.arange(q.shape[1] - 1)
     normal.diagonal[:held, k[:, None], k[:, None]] += HELD
     normal.right[:held] = 0.0
-    return moved(q, np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
+    return moved(q, share * np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
 
 
 def _point_rows(at: Linearised, targets: Targets) -> BandedNormal:
@@ -246,9 +260,16 @@ def _apart(iteration: int) -> float:
     return APART_SOFT_M ** (1.0 - share) * APART_SIGMA_M**share
 
 
+def _overlap_m(contacts: ContactRows | None) -> float:
+    """How deep a part is in another one at most."""
+    if contacts is None:
+        return 0.0
+    return float(np.max(-contacts.distance_m[~contacts.on_floor], initial=0.0))
+
+
 def _contact_rows(normal: BandedNormal, contacts: ContactRows, sigma_m: float) -> None:
     """Push parts apart that are too near; a step towards each other is damped where they are near."""
-    wanted = np.where((contacts.bodies == 0).any(axis=1), 0.0, APART_M)
+    wanted = np.where(contacts.on_floor, 0.0, APART_M)
     too_near = np.maximum(wanted - contacts.distance_m, 0.0)
     add_rows(normal, contacts.frames, contacts.rows / sigma_m, too_near / sigma_m)
 

@@ -31,10 +31,16 @@ export function bodyChoice({ robots, robot, robot_strained: strained }, changed,
   return strained.length ? h("div", {}, [choice, strainOf(strained)]) : choice;
 }
 
-/** Of which joints the replayed motion asks more torque than their limits, when, and how far beyond. */
+/** Of which joints the replayed motion asks more torque than their limits, how often, how far beyond, and when. */
 function strainOf(strained) {
-  const told = ({ joint, frame_share: share, most, at_s: at }) => t("body.strained", { joint, percent: number(100 * share, 1), most: number(most, 1), at: number(at, 2) });
-  return h("div", { id: "robot-strain", class: "robot-strain", title: t("body.strain_hint") }, [
-    h("p", {}, t("body.strain")), h("ul", {}, strained.map((one) => h("li", {}, told(one)))),
+  const several = new Set(strained.map((one) => one.performer)).size > 1;
+  const row = ({ performer, joint, frame_share: share, most, at_s: at }) => h("tr", {}, [
+    h("th", { scope: "row" }, several ? `${performer}: ${joint}` : joint),
+    ...[[100 * share, 1], [most, 2], [at, 2]].map(([value, digits]) => h("td", {}, number(value, digits))),
   ]);
+  return h("div", { id: "robot-strain", class: "robot-strain", title: t("body.strain_hint") }, h("table", {}, [
+    h("caption", {}, t("body.strain")),
+    h("thead", {}, h("tr", {}, ["joint", "frames", "most", "at"].map((key) => h("th", { scope: "col" }, t(`body.strain.${key}`))))),
+    h("tbody", {}, strained.map(row)),
+  ]));
 }

@@ -64,6 +64,7 @@ def test_a_urdf_keeps_its_first_link_and_its_velocities(tmp_path: Path):
     robot = build_robot(models.written(tmp_path, models.urdf(), "robot.urdf"), "urdf")
     assert robot.parts["pelvis"] == "pelvis"
     assert (robot.velocity_rad_s == 7.0).all()
+    assert robot.height_m > 1.1, "its points count: only its feet have geometry"
 
 
 def test_joints_without_limits_get_half_a_turn_to_both_sides(tmp_path: Path):
