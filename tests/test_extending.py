@@ -17,7 +17,8 @@ from studio.camera.sources.tracked import ObserverProcess
 from studio.engine.animation.export import EXPORTERS, Exporter, export
 from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.joints import INDEX, JOINT_SETS
-from studio.engine.model.settings.settings import preset, set_switch, settings
+from studio.engine.model.settings import settings
+from studio.engine.model.settings.settings import preset, set_switch
 from studio.engine.solve.conditioning import filters
 from tests.camera.link_server import link_server
 from tests.poses_factory import random_poses
