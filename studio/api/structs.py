@@ -11,6 +11,7 @@ import msgspec
 from fastapi import FastAPI
 from fastapi.responses import Response
 from fastapi.routing import APIRoute
+from pydantic import BaseModel
 
 from studio.engine.base.sentences import Said
 
@@ -107,14 +108,19 @@ class StructApi(FastAPI):
 
     Attributes:
         events: messages of its WebSockets, which have no other place in the description.
+        failure: body of answers other than success.
     """
 
     events: tuple[type, ...] = ()
+    failure: type[BaseModel] | None = None
 
     def openapi(self) -> dict[str, Any]:
         """Return the description."""
         if self.openapi_schema is None:
             told = [one for route in self.routes if isinstance(route, StructRoute) for one in route.answers]
             _, schemas = msgspec.json.schema_components((*told, *self.events), ref_template=_REFERENCE)
+            if self.failure is not None:
+                failure = self.failure.model_json_schema(ref_template=_REFERENCE.replace("name", "model"))
+                schemas |= failure.pop("$defs", {}) | {self.failure.__name__: failure}
             super().openapi()["components"]["schemas"].update(schemas)
         return super().openapi()
