@@ -3,7 +3,7 @@
 import inspect
 import threading
 from collections.abc import Callable, Iterator
-from functools import wraps
+from functools import cache, wraps
 from types import UnionType
 from typing import Any, get_args, is_typeddict
 
@@ -63,13 +63,17 @@ class StructRoute(APIRoute):
         if any(_structs(returned)):
             status = options.get("status_code") or 200
             self.answers = get_args(returned) if isinstance(returned, UnionType) else (returned,)
-            schemas, _ = msgspec.json.schema_components(self.answers, ref_template=_REFERENCE)
-            schema = schemas[0] if len(schemas) == 1 else {"anyOf": list(schemas)}
-            body = {"content": {"application/json": {"schema": schema}}}
+            body = {"content": {"application/json": {"schema": _schema(self.answers)}}}
             options["responses"] = {**(options.get("responses") or {}), status: body}
             options["response_model"] = None
             endpoint = _encoded(endpoint, status)
         super().__init__(path, endpoint, **options)
+
+
+@cache
+def _schema(answers: tuple[Any, ...]) -> dict[str, Any]:
+    schemas, _ = msgspec.json.schema_components(answers, ref_template=_REFERENCE)
+    return schemas[0] if len(schemas) == 1 else {"anyOf": list(schemas)}
 
 
 def _structs(kind: Any) -> Iterator[type]:
