@@ -21,7 +21,7 @@ from studio.api.cameras.phones import phones_router
 from studio.api.cameras.recordings import Recordings
 from studio.api.cameras.remote import remote_router
 from studio.api.cameras.video_parts import video_parts_router
-from studio.api.errors import add_error_handlers
+from studio.api.errors import ErrorBody, add_error_handlers
 from studio.api.jobs import Jobs
 from studio.api.limits import BodyGuard, PlainAnswers
 from studio.api.origin import OriginGuard
@@ -101,7 +101,7 @@ def create_app(
         redoc_url=None,
         openapi_url="/api/v1/openapi.json",
     )
-    app.events = (StatusEvent, Sentence)
+    app.events, app.failure = (StatusEvent, Sentence), ErrorBody
     app.state.jobs = jobs = Jobs()
     access = access or Access(sessions, required=False, now_s=time.monotonic)
     app.state.open_to_others = access.required

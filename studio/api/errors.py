@@ -73,8 +73,10 @@ KINDS: tuple[tuple[type[StudioError], int, str], ...] = (
     (StudioError, 500, "failed"),
 )
 
+_SCHEMA = {"$ref": f"#/components/schemas/{ErrorBody.__name__}"}
+
 RESPONSES: dict[int | str, dict[str, Any]] = {
-    status: {"model": ErrorBody, "description": text}
+    status: {"description": text, "content": {"application/json": {"schema": _SCHEMA}}}
     for status, text in (
         (404, "No such take, solve or job."),
         (409, "Not possible in the present state of the stage or the take."),
@@ -82,7 +84,7 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
         (501, "Not available in this version."),
     )
 }
-"""The documented failures of routes."""
+"""The documented failures of routes. By their schema: as a `model`, FastAPI would build it anew for each route."""
 
 
 def error_response(status: int, code: str, message: str) -> JSONResponse:

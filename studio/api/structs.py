@@ -3,7 +3,7 @@
 import inspect
 import threading
 from collections.abc import Callable, Iterator
-from functools import wraps
+from functools import cache, wraps
 from types import UnionType
 from typing import Any, get_args, is_typeddict
 
@@ -11,6 +11,7 @@ import msgspec
 from fastapi import FastAPI
 from fastapi.responses import Response
 from fastapi.routing import APIRoute
+from pydantic import BaseModel
 
 from studio.engine.base.sentences import Said
 
@@ -62,13 +63,17 @@ class StructRoute(APIRoute):
         if any(_structs(returned)):
             status = options.get("status_code") or 200
             self.answers = get_args(returned) if isinstance(returned, UnionType) else (returned,)
-            schemas, _ = msgspec.json.schema_components(self.answers, ref_template=_REFERENCE)
-            schema = schemas[0] if len(schemas) == 1 else {"anyOf": list(schemas)}
-            body = {"content": {"application/json": {"schema": schema}}}
+            body = {"content": {"application/json": {"schema": _schema(self.answers)}}}
             options["responses"] = {**(options.get("responses") or {}), status: body}
             options["response_model"] = None
             endpoint = _encoded(endpoint, status)
         super().__init__(path, endpoint, **options)
+
+
+@cache
+def _schema(answers: tuple[Any, ...]) -> dict[str, Any]:
+    schemas, _ = msgspec.json.schema_components(answers, ref_template=_REFERENCE)
+    return schemas[0] if len(schemas) == 1 else {"anyOf": list(schemas)}
 
 
 def _structs(kind: Any) -> Iterator[type]:
@@ -107,14 +112,19 @@ class StructApi(FastAPI):
 
     Attributes:
         events: messages of its WebSockets, which have no other place in the description.
+        failure: body of answers other than success.
     """
 
     events: tuple[type, ...] = ()
+    failure: type[BaseModel] | None = None
 
     def openapi(self) -> dict[str, Any]:
         """Return the description."""
         if self.openapi_schema is None:
             told = [one for route in self.routes if isinstance(route, StructRoute) for one in route.answers]
             _, schemas = msgspec.json.schema_components((*told, *self.events), ref_template=_REFERENCE)
+            if self.failure is not None:
+                failure = self.failure.model_json_schema(ref_template=_REFERENCE.replace("name", "model"))
+                schemas |= failure.pop("$defs", {}) | {self.failure.__name__: failure}
             super().openapi()["components"]["schemas"].update(schemas)
         return super().openapi()

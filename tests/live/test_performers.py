@@ -116,7 +116,7 @@ def a_second_performer(shoot) -> None:
     )
 
 
-def test_who_holds_a_t_pose_becomes_a_performer(shoot):
+def test_who_holds_a_t_pose_becomes_a_performer_and_is_recorded_to_the_last_bit(shoot):
     a_second_performer(shoot)
     first, second = shoot.stage.status().performers
     assert (first.name, second.name) == ("performer_1", "performer_2")
@@ -126,11 +126,6 @@ def test_who_holds_a_t_pose_becomes_a_performer(shoot):
     assert [one.performer for one in result.each()] == [1, 2]
     hips = [one.positions_m[0] for one in result.each()]
     np.testing.assert_allclose(hips[1][:2] - hips[0][:2], APART_M[:2], atol=0.05)
-
-
-def test_a_recording_has_both_and_repeats_to_the_last_bit(shoot):
-    a_second_performer(shoot)
-    shoot.play(0.5)
     started = shoot.stage.start_recording("day", "both")
     shoot.play(2.0)
     shoot.stage.stop_recording()

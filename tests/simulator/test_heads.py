@@ -12,7 +12,7 @@ from tests.simulator.finger_figures import SeenStage, seen_stage
 from tests.simulator.head_figures import ANYBODY_DEG, BAR_DEG, figures, rig
 
 
-@pytest.fixture(scope="module", params=[2, 3])
+@pytest.fixture(scope="module", params=[2, pytest.param(3, marks=pytest.mark.long)])
 def stage(request: pytest.FixtureRequest) -> SeenStage:
     return seen_stage(10.0, 13, rig(request.param))
 

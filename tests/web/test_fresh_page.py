@@ -190,43 +190,47 @@ def test_a_link_that_is_cut_without_a_word_is_noticed_and_made_anew(
 def test_a_page_of_a_server_that_no_longer_knows_it_says_to_sign_in_again(
     tmp_path: Path, chromium: Browser
 ) -> None:
-    with server_process(tmp_path / "sessions", "--host", "0.0.0.0") as server:
-        for path in ("/", "/remote"):
-            context = chromium.new_context()
-            page = context.new_page()
+    with ExitStack() as opened, server_process(tmp_path / "sessions", "--host", "0.0.0.0") as server:
+        pages = {path: opened.enter_context(chromium.new_context()).new_page() for path in ("/", "/remote")}
+        for path, page in pages.items():
             page.goto(f"{server.url}{path}")
             page.fill("#token", server.operator_token())
             page.click("button[type=submit]")
             expect(page.locator("#connection")).to_have_text("Connected")
-            server.kill()
+        server.kill()
+        for page in pages.values():
             expect(page.locator("#connection")).to_contain_text("does not answer")
-            server.start()
+        server.start()
+        for path, page in pages.items():
             expect(page.locator("#again")).to_contain_text("Sign in again")
             page.fill("#token", server.operator_token())
             page.click("button[type=submit]")
             expect(page).to_have_url(f"{server.url}{path}")
             expect(page.locator("#connection")).to_have_text("Connected")
-            context.close()
 
 
-@pytest.mark.parametrize("path", ["/remote", "/"])
-def test_remote_and_wizard_do_not_know_either(server: ServerProcess, page: Page, path: str) -> None:
+def test_remote_and_wizard_do_not_know_either(server: ServerProcess, page: Page, chromium: Browser) -> None:
+    remote = chromium.new_page(viewport={"width": 390, "height": 844})
     page.set_viewport_size({"width": 390, "height": 844})
-    page.goto(f"{server.url}{path}")
+    page.goto(server.url)
+    remote.goto(f"{server.url}/remote")
     with performing(server.url):
-        if path == "/":
-            expect(page.locator("#calibrate")).to_be_enabled()
-            page.locator("#calibrate").click()
-        big = page.locator("#big" if path == "/remote" else "#wizard-big")
-        expect(big).to_contain_text("2 cameras ready")
-        assert page.evaluate(GREEN) != []
+        expect(page.locator("#calibrate")).to_be_enabled()
+        page.locator("#calibrate").click()
+        said = {page: page.locator("#wizard-big"), remote: remote.locator("#big")}
+        for tab, big in said.items():
+            expect(big).to_contain_text("2 cameras ready")
+            assert tab.evaluate(GREEN) != []
         server.kill()
-        expect(big).to_have_text("Unknown")
-        assert page.evaluate(GREEN) == []
-        for button in page.locator("#record, #wizard-walk").all():
-            expect(button).to_be_disabled()
+        for tab, big in said.items():
+            expect(big).to_have_text("Unknown")
+            assert tab.evaluate(GREEN) == []
+            for button in tab.locator("#record, #wizard-walk").all():
+                expect(button).to_be_disabled()
         server.start()
-        expect(big).to_contain_text("2 cameras ready")
+        for big in said.values():
+            expect(big).to_contain_text("2 cameras ready")
+    remote.close()
 
 
 def test_the_clock_is_asked_for_ever_less_while_it_does_not_answer(server: ServerProcess, page: Page) -> None:

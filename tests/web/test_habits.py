@@ -29,8 +29,11 @@ def empty(tmp_path: Path) -> Iterator[str]:
         yield url
 
 
-def test_language_theme_and_folded_panels_survive_a_reload(empty: str, page: Page) -> None:
+def test_a_viewer_changes_nothing_and_language_theme_and_folded_panels_survive_a_reload(
+    empty: str, page: Page
+) -> None:
     page.emulate_media(color_scheme="dark")
+    a_viewer_sees_all_and_changes_nothing(empty, page)
     open_page(page, empty)
     assert page.evaluate("document.documentElement.lang") == "en"
     assert page.evaluate(FAINT) == []
@@ -50,7 +53,20 @@ def test_language_theme_and_folded_panels_survive_a_reload(empty: str, page: Pag
     assert page.evaluate(FAINT) == []
 
 
-def test_a_french_page_shows_no_english_words_before_its_own(empty: str, page: Page) -> None:
+def a_viewer_sees_all_and_changes_nothing(empty: str, page: Page) -> None:
+    open_viewer(page, f"{empty}/?view")
+    expect(page.locator(".take")).to_have_count(2)
+    expect(page.locator("#record")).to_be_hidden()
+    expect(page.locator(".side").get_by_role("button", name="Export")).to_have_count(0)
+    page.keyboard.press("r")
+    page.keyboard.press("t")
+    assert not patient.get(f"{empty}/api/v1/status").json()["recording"]["active"]
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_a_page_waits_for_its_own_words_and_program(empty: str, page: Page) -> None:
+    """French shows no English words before, and the browser never sends the sign-in by itself."""
+    the_browser_never_sends_the_sign_in_by_itself(empty, page)
     page.add_init_script("localStorage.setItem('language', 'fr')")
     held: list[Route] = []
     page.route("**/static/base/strings.js*", lambda route: held.append(route))
@@ -63,7 +79,7 @@ def test_a_french_page_shows_no_english_words_before_its_own(empty: str, page: P
     expect(page.locator("h1")).to_be_visible()
 
 
-def test_the_browser_never_sends_the_sign_in_by_itself(empty: str, page: Page) -> None:
+def the_browser_never_sends_the_sign_in_by_itself(empty: str, page: Page) -> None:
     held: list[Route] = []
     page.route("**/static/access/signin.js*", lambda route: held.append(route))
     page.goto(f"{empty}/signin", wait_until="commit")
@@ -159,17 +175,6 @@ def test_a_countdown_a_slate_and_a_warning(tmp_path: Path, page: Page) -> None:
         patient.post(f"{url}/api/v1/record/stop").raise_for_status()
         expect(page.locator("#warning")).to_be_hidden()
         page.close()  # before the server, whose end it would complain of
-
-
-def test_a_viewer_sees_all_and_changes_nothing(empty: str, page: Page) -> None:
-    open_viewer(page, f"{empty}/?view")
-    expect(page.locator(".take")).to_have_count(2)
-    expect(page.locator("#record")).to_be_hidden()
-    expect(page.locator(".side").get_by_role("button", name="Export")).to_have_count(0)
-    page.keyboard.press("r")
-    page.keyboard.press("t")
-    assert not patient.get(f"{empty}/api/v1/status").json()["recording"]["active"]
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 def open_viewer(page: Page, url: str) -> None:

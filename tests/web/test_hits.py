@@ -14,7 +14,13 @@ from tests.live.performer import calibration, save_stage_calibration
 from tests.web.hits import covered
 from tests.web.playback.takes import take_with_solves
 from tests.web.test_fresh_page import performing
+from tests.web.test_language import CHOOSE
 from tests.web.test_page import NAMES
+
+THEME = """(theme) => {
+  if (document.documentElement.dataset.theme !== theme) document.querySelector("#theme").click();
+}"""
+"""Changes the theme, also while a dialog lies over its button."""
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
 
@@ -29,13 +35,10 @@ def server(tmp_path: Path) -> Iterator[ServerProcess]:
         yield process
 
 
-@pytest.fixture(params=[("en", "dark"), ("fr", "light")], ids=["en", "fr"])
-def page(request: pytest.FixtureRequest, chromium: Browser, server: ServerProcess) -> Iterator[Page]:
+@pytest.fixture
+def page(chromium: Browser, server: ServerProcess) -> Iterator[Page]:
     tab = chromium.new_page(viewport={"width": 1280, "height": 720})
-    language, theme = request.param
-    tab.add_init_script(
-        f"localStorage.setItem('language', '{language}'); localStorage.setItem('theme', '{theme}')"
-    )
+    tab.add_init_script("localStorage.setItem('language', 'en'); localStorage.setItem('theme', 'dark')")
     tab.goto(server.url)
     expect(tab.locator("body")).to_have_attribute("data-connection", "open")
     expect(tab.locator("#preset")).to_be_visible()
@@ -43,14 +46,25 @@ def page(request: pytest.FixtureRequest, chromium: Browser, server: ServerProces
     tab.close()
 
 
+def look_like(page: Page, language: str, theme: str) -> None:
+    """Change language and theme in place."""
+    page.evaluate(CHOOSE, language)
+    page.evaluate(THEME, theme)
+    expect(page.locator("html")).to_have_attribute("lang", language)
+    expect(page.locator("html")).to_have_attribute("data-theme", theme)
+
+
 def assert_reached(page: Page, *shown: str) -> None:
-    """Every control is hit; `shown` is what makes the state, seen before and after."""
-    for which in shown:
-        expect(page.locator(which).first).to_be_visible()
-    assert covered(page) == {}, shown
-    for which in shown:
-        assert page.locator(which).first.is_visible(), f"{which} has gone while it was looked at"
-    page.set_viewport_size({"width": 1280, "height": 720})
+    """Every control is hit, in French and light, and in English and dark, as which the page is left; `shown` is what
+    makes the state, seen before and after."""
+    for language, theme in (("fr", "light"), ("en", "dark")):
+        look_like(page, language, theme)
+        for which in shown:
+            expect(page.locator(which).first).to_be_visible()
+        assert covered(page) == {}, (language, shown)
+        for which in shown:
+            assert page.locator(which).first.is_visible(), f"{which} has gone while it was looked at"
+        page.set_viewport_size({"width": 1280, "height": 720})
 
 
 def refuse_a_value(page: Page) -> None:
@@ -61,18 +75,23 @@ def refuse_a_value(page: Page) -> None:
     expect(page.locator("#messages .error")).to_be_visible()
 
 
+def dismiss(page: Page) -> None:
+    """Take back what was refused and its error."""
+    page.get_by_role("button", name="Dismiss").first.click()
+    expect(page.locator("#messages .error")).to_have_count(0)
+    page.evaluate("document.querySelector('#switches').open = false")
+
+
 def open_replay(page: Page) -> None:
     page.locator(".take-picture").first.click()
     expect(page.locator("#replay-bar button").first).to_be_visible()
 
 
-def test_without_a_camera(page: Page) -> None:
+def test_from_no_camera_to_a_server_that_was_lost_and_came_back(page: Page, server: ServerProcess) -> None:
     assert_reached(page, "#guide")
     refuse_a_value(page)
     assert_reached(page, "#guide", "#messages .error")
-
-
-def test_with_cameras(page: Page, server: ServerProcess) -> None:
+    dismiss(page)
     with performing(server.url):
         expect(page.locator("#record")).to_be_enabled()
         assert_reached(page, "#record")
@@ -80,6 +99,7 @@ def test_with_cameras(page: Page, server: ServerProcess) -> None:
         assert_reached(page, ".recording #timer")
         refuse_a_value(page)
         assert_reached(page, ".recording #timer", "#messages .error")
+        dismiss(page)
         page.locator("#record").click()
         expect(page.locator("#record")).to_have_attribute("aria-pressed", "false")
         page.evaluate("localStorage.setItem('countdown', 600)")  # longer than all controls are looked at
@@ -91,21 +111,14 @@ def test_with_cameras(page: Page, server: ServerProcess) -> None:
         page.keyboard.press("Escape")
         server.http.post("/tpose/start", json={"performer": ""}).raise_for_status()
         assert_reached(page, "#wizard[data-step=pose]")
-
-
-def test_while_a_take_is_replayed_compared_solved_and_exported(page: Page, server: ServerProcess) -> None:
-    open_replay(page)
-    assert_reached(page, "#replay")
-    page.locator("#replay-video").click()
-    assert_reached(page, "#replay", "#video #video-close")
-    page.locator("#video-close").click()
-    page.locator("#replay-compare").click()
-    assert_reached(page, "#compare")
-    page.locator("#compare-close").click()
-    page.locator("[aria-label*='one']").locator("visible=true").filter(
-        has_text=re.compile("^Exp")
-    ).first.click()
-    assert_reached(page, "#export-dialog")
+        server.http.post("/tpose/cancel").raise_for_status()
+        page.keyboard.press("Escape")
+        server.record("resumed")
+        expect(page.locator(".recording #timer")).to_be_visible()
+        server.kill()
+    assert_reached(page, "#curtain")
+    server.start()
+    assert_reached(page, "#banner", ".recording #timer")  # no camera is connected, and the take goes on
 
 
 @contextmanager
@@ -123,7 +136,21 @@ def works_held(server: ServerProcess) -> Iterator[None]:
             worker.resume()
 
 
-def test_while_the_replayed_take_is_solved(page: Page, server: ServerProcess) -> None:
+def test_while_a_take_is_replayed_compared_exported_and_solved(page: Page, server: ServerProcess) -> None:
+    open_replay(page)
+    assert_reached(page, "#replay")
+    page.locator("#replay-video").click()
+    assert_reached(page, "#replay", "#video #video-close")
+    page.locator("#video-close").click()
+    page.locator("#replay-compare").click()
+    assert_reached(page, "#compare")
+    page.locator("#compare-close").click()
+    page.locator("[aria-label*='one']").locator("visible=true").filter(
+        has_text=re.compile("^Exp")
+    ).first.click()
+    assert_reached(page, "#export-dialog")
+    page.keyboard.press("Escape")
+    expect(page.locator("#export-dialog")).to_be_hidden()
     with performing(server.url):
         wait_until(
             lambda: not server.http.get("/status").json()["pipeline"]["preparing"], "the solver is ready"
@@ -142,13 +169,3 @@ def test_while_the_replayed_take_is_solved(page: Page, server: ServerProcess) ->
         assert_reached(page, "#replay", "#trial progress")
         page.locator("#replay-compare").click()
         assert_reached(page, "#compare", "#trial progress")
-
-
-def test_when_the_server_is_lost_while_it_records_and_comes_back(page: Page, server: ServerProcess) -> None:
-    with performing(server.url):
-        server.record("resumed")
-        expect(page.locator(".recording #timer")).to_be_visible()
-        server.kill()
-    assert_reached(page, "#curtain")
-    server.start()
-    assert_reached(page, "#banner", ".recording #timer")  # no camera is connected, and the take goes on

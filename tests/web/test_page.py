@@ -116,7 +116,7 @@ def open_page(page: Page, url: str) -> None:
     expect(page.locator("#preset")).to_be_visible()
 
 
-def test_empty_states_say_what_to_do(empty: str, page: Page) -> None:
+def test_an_empty_studio_says_what_to_do_and_takes_settings(empty: str, page: Page) -> None:
     open_page(page, empty)
     expect(page.locator("#notice")).to_have_text("No camera is connected")
     expect(page.locator("#cameras code")).to_contain_text(f"studio camera --source SOURCE --server {empty}")
@@ -124,10 +124,6 @@ def test_empty_states_say_what_to_do(empty: str, page: Page) -> None:
     expect(page.locator("#record")).to_be_disabled()
     expect(page.locator("#calibrate")).to_be_disabled()
     expect(page.locator("#calibration-badge")).to_have_text("none")
-
-
-def test_every_switch_of_the_catalogue_has_a_labelled_control(empty: str, page: Page) -> None:
-    open_page(page, empty)
     page.locator("#switches > summary").click()
     for switch in patient.get(f"{empty}/api/v1/switches").json()["switches"]:
         control = page.locator(f"#switch-{switch['key']}")
@@ -135,11 +131,14 @@ def test_every_switch_of_the_catalogue_has_a_labelled_control(empty: str, page: 
         expect(page.locator(f"#switch-{switch['key']}-help")).to_contain_text(switch["help"])
     assert page.evaluate(NAMELESS) == []
     assert page.evaluate(FAINT) == []
-
-
-def test_a_switch_changes_the_live_settings(empty: str, page: Page) -> None:
-    open_page(page, empty)
-    page.locator("#switches > summary").click()
+    page.locator("summary", has_text="Show").click()
+    page.get_by_label("Fused skeleton").check()
+    page.get_by_label("Trails").check()
+    page.get_by_role("button", name="Head").click()
+    expect(page.get_by_role("button", name="Head")).to_have_attribute("aria-pressed", "true")
+    view = patient.get(f"{empty}/api/v1/view").json()
+    assert view["layers"]["fused"]["shown"] and view["layers"]["trails"]["shown"]
+    assert "Head" in view["trails"]
     page.select_option("#switch-smoothing", "one_euro:before")
     expect(page.locator("#solve-summary")).to_have_text("1 change")
     until(lambda: patient.get(f"{empty}/api/v1/settings").json()["set"] == {"smoothing": "one_euro:before"})
@@ -167,18 +166,6 @@ def test_a_refused_value_is_explained_and_taken_back(empty: str, chromium: Brows
     page.get_by_role("button", name="Dismiss").click()
     expect(page.locator("#messages")).to_be_empty()
     page.close()
-
-
-def test_layers_follow_their_checkboxes(empty: str, page: Page) -> None:
-    open_page(page, empty)
-    page.locator("summary", has_text="Show").click()
-    page.get_by_label("Fused skeleton").check()
-    page.get_by_label("Trails").check()
-    page.get_by_role("button", name="Head").click()
-    expect(page.get_by_role("button", name="Head")).to_have_attribute("aria-pressed", "true")
-    view = patient.get(f"{empty}/api/v1/view").json()
-    assert view["layers"]["fused"]["shown"] and view["layers"]["trails"]["shown"]
-    assert "Head" in view["trails"]
 
 
 def test_record_solve_and_export(live: str, page: Page, tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ NOTED = """window.said = []; window.listed = [];
 """Notes what the page says of takes that are still read, and how many it lists."""
 
 
-def test_the_newest_of_many_takes_are_listed_at_once(address: str, page: Page) -> None:
+def test_many_takes_are_listed_at_once_by_pages_and_found_by_fields(address: str, page: Page) -> None:
     page.add_init_script(NOTED)
     open_page(page, address)
     expect(page.locator("#takes-count")).to_have_text(
@@ -70,12 +70,8 @@ def test_the_newest_of_many_takes_are_listed_at_once(address: str, page: Page) -
     expect(page.locator("#takes-count")).to_have_text(f"{MANY} of {MANY + 2}")
     assert "No takes yet" not in page.evaluate("window.said.join()")
     assert next(count for count in page.evaluate("window.listed") if count) == AT_ONCE
-
-
-def test_a_long_list_comes_by_pages(address: str, page: Page) -> None:
-    open_page(page, address)
+    search(page, "")
     expect(page.locator("#takes-count")).to_have_text(f"{MANY + 2} takes")
-    expect(page.locator("#takes-reading")).to_be_hidden()
     expect(page.locator("#takes-list .take .name").first).to_have_text("two")
     assert names(page)[:3] == ["two", "one", "take_199"]
     assert page.locator("#takes-list .take").count() < MANY
@@ -87,11 +83,6 @@ def test_a_long_list_comes_by_pages(address: str, page: Page) -> None:
     )
     expect(page.locator("#takes-more")).to_be_hidden()
     assert len(set(names(page))) == MANY + 2
-
-
-def test_takes_are_found_by_fields(address: str, page: Page) -> None:
-    open_page(page, address)
-    expect(page.locator("#takes-reading")).to_be_hidden()
     search(page, "performer:anna scene -note:199 date:2026-02")
     expect(page.locator("#takes-count")).to_have_text(f"100 of {MANY + 2}")
     search(page, "colour:red")
@@ -142,14 +133,14 @@ def test_several_takes_are_tagged_compared_and_thrown_away(address: str, page: P
     expect(page.locator("#takes-empty")).to_be_visible()  # nothing has the tag any longer
 
 
-@pytest.mark.parametrize(("width", "height"), SIZES)
-def test_the_tools_of_the_list_fit(address: str, page: Page, width: int, height: int) -> None:
-    page.set_viewport_size({"width": width, "height": height})
+def test_the_tools_of_the_list_fit(address: str, page: Page) -> None:
     open_page(page, address)
     page.get_by_label("Select one").check()
     page.locator("#takes-help summary").click()
-    too_wide = page.evaluate(
-        "() => [...document.querySelectorAll('#takes-find *, #takes-selected *, #takes-list *')]"
-        ".filter((e) => e.getBoundingClientRect().right > innerWidth + 1).map((e) => e.outerHTML)"
-    )
-    assert too_wide == []
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        too_wide = page.evaluate(
+            "() => [...document.querySelectorAll('#takes-find *, #takes-selected *, #takes-list *')]"
+            ".filter((e) => e.getBoundingClientRect().right > innerWidth + 1).map((e) => e.outerHTML)"
+        )
+        assert too_wide == [], width

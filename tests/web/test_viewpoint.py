@@ -142,8 +142,14 @@ def test_each_browser_and_each_tab_has_its_own_viewpoint(stage: str, browsers: C
         is_at(page, look)
 
 
-def test_following_the_operator_is_a_choice(stage: str, browsers: Callable) -> None:
+def test_following_is_a_choice_and_follow_and_orbit_are_this_browsers(stage: str, browsers: Callable) -> None:
     one, other = open_in(browsers(), stage), open_in(browsers(), stage)
+    following_the_operator_is_a_choice(stage, one, other)
+    what_the_operator_sees_is_in_a_narrower_picture_too(stage, browsers, other)
+    follow_and_orbit_are_this_browsers(stage, one, other)
+
+
+def following_the_operator_is_a_choice(stage: str, one: Page, other: Page) -> None:
     press(one, FRONT)
     expect(one.locator("#view-operator")).to_be_hidden()
     press(other, FOLLOW)
@@ -171,23 +177,24 @@ def test_following_the_operator_is_a_choice(stage: str, browsers: Callable) -> N
     expect(one.locator("#view-operator")).to_be_disabled()
 
 
-def test_what_the_operator_sees_is_in_a_narrower_picture_too(stage: str, browsers: Callable) -> None:
-    one, phone = open_in(browsers(), stage), open_in(browsers(viewport={"width": 390, "height": 844}), stage)
+def what_the_operator_sees_is_in_a_narrower_picture_too(stage: str, browsers: Callable, one: Page) -> None:
     press(one, FRONT)
+    phone = open_in(browsers(viewport={"width": 390, "height": 844}), stage)
     press(phone, FOLLOW)
     expected = at_rest(one)
     wait(phone, lambda: bool(camera(phone)[0, 1] < 1.3 * expected[0, 1]), "the phone looks from further away")
     assert np.allclose(camera(phone)[1], expected[1], atol=0.005)
+    phone.close()
 
 
-def test_follow_and_orbit_are_this_browsers(stage: str, browsers: Callable) -> None:
-    one, other = open_in(browsers(), stage), open_in(browsers(), stage)
-    still = at_rest(other)
+def follow_and_orbit_are_this_browsers(stage: str, one: Page, other: Page) -> None:
+    press(one, STAGE)
+    began, still = at_rest(one), at_rest(other)
     with performing(stage):
         one.keyboard.press("f")
         expect(one.locator("#view-follow")).to_have_attribute("aria-pressed", "true")
         expect(other.locator("#view-follow")).to_have_attribute("aria-pressed", "false")
-        wait(one, lambda: bool(np.abs(camera(one) - still).max() > 0.3), "the performer is framed")
+        wait(one, lambda: bool(np.abs(camera(one) - began).max() > 0.3), "the performer is framed")
         one.keyboard.press("4")
         began = camera(one)
         wait(one, lambda: bool(np.abs(camera(one) - began).max() > 0.5), "the camera turns")

@@ -73,7 +73,7 @@ def test_a_voter_votes_changes_reloads_and_finishes(address: str, page: Page) ->
     assert not any(word in text for text in received for word in ("everything", "held", "monday"))
 
 
-def test_both_play_in_step_and_turn_together(address: str, page: Page) -> None:
+def test_both_play_in_step_turn_together_and_stack_on_a_phone(address: str, page: Page) -> None:
     test = make_test(address)
     page.goto(address + test["path"])
     page.get_by_role("button", name="Begin").click()
@@ -89,14 +89,8 @@ def test_both_play_in_step_and_turn_together(address: str, page: Page) -> None:
     page.mouse.up()
     for side, seen in zip(("left", "right"), before, strict=True):
         until(lambda side=side, seen=seen: page.locator(f"#{side} canvas").screenshot() != seen)
-
-
-def test_on_a_phone_the_stages_stack(address: str, page: Page) -> None:
-    test = make_test(address)
     page.set_viewport_size({"width": 390, "height": 844})
-    page.goto(address + test["path"])
-    page.get_by_role("button", name="Begin").click()
-    expect(page.locator("body")).to_have_attribute("data-ready", "0")
+    until(lambda: page.evaluate("innerWidth") == 390)
     left, right = (page.locator(f"#{side}").bounding_box() for side in ("left", "right"))
     assert right["y"] >= left["y"] + left["height"] and left["width"] == right["width"] <= 390
     assert page.evaluate("document.documentElement.scrollWidth") <= 390

@@ -175,8 +175,14 @@ def test_what_is_known_of_cameras_without_depth_is_typed(
     }
 
 
-def test_it_is_legible_from_afar_and_fits_every_screen(address: str, page: Page, told: Told) -> None:
+def test_it_is_legible_from_afar_fits_every_screen_and_is_muted_for_good(
+    address: str, page: Page, told: Told
+) -> None:
     open_page(page, address)
+    page.locator("#remote-link").click()
+    expect(page.locator("#phone")).to_contain_text("answers on this computer only")
+    page.keyboard.press("Escape")
+    expect(page.locator("#phone")).to_be_hidden()
     walk(told)
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
@@ -191,11 +197,7 @@ def test_it_is_legible_from_afar_and_fits_every_screen(address: str, page: Page,
             assert min(sizes) >= 65
         finish = page.locator("#wizard-enough").bounding_box()
         assert finish is not None and finish["y"] + finish["height"] <= height
-
-
-def test_sound_is_muted_for_good(address: str, page: Page, told: Told) -> None:
-    open_page(page, address)
-    walk(told)
+    page.set_viewport_size({"width": 1280, "height": 720})
     page.locator("#wizard-mute").click()
     expect(page.locator("#wizard-mute")).to_have_text("Sound off")
     before = page.evaluate("document.body.dataset.sound")
@@ -229,12 +231,6 @@ def test_the_remote_control_says_the_same_and_records(tmp_path: Path, page: Page
                 "document.querySelector('main').scrollHeight <= document.querySelector('main').clientHeight"
             )
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-
-
-def test_the_way_for_a_phone_is_shown(address: str, page: Page) -> None:
-    page.goto(address)
-    page.locator("#remote-link").click()
-    expect(page.locator("#phone")).to_contain_text("answers on this computer only")
 
 
 def test_what_the_server_says_is_told_in_french(address: str, page: Page, told: Told) -> None:

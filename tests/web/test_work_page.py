@@ -75,22 +75,21 @@ def test_work_is_listed_cancelled_and_told_in_all_browsers(chromium: Browser, se
         page.locator("#work-clear").click()
         for tab in (page, other):
             expect(tab.locator("#work-list")).to_contain_text("No work is under way")
+        work_that_runs_is_cancelled(page, server)
         page.keyboard.press("w")
         expect(page.locator("#work")).to_be_hidden()
 
 
-def test_work_that_runs_is_cancelled(chromium: Browser, server: ServerProcess) -> None:
-    with quiet_page(chromium) as page:
-        opened(page, server)
-        export(server)
-        expect(page.locator(".work-row.done")).to_have_count(1)
-        kept = {path.name for path in (server.sessions / "monday" / "one" / "exports").iterdir()}
-        with works_held(server):
-            job = export(server, "glb")
-            cancel_button(page, job).click()
-            expect(page.locator(".work-row.cancelling")).to_have_count(1)
-        expect(page.locator(".work-row.cancelled")).to_have_count(1)
-        assert {path.name for path in (server.sessions / "monday" / "one" / "exports").iterdir()} == kept
+def work_that_runs_is_cancelled(page: Page, server: ServerProcess) -> None:
+    export(server)
+    expect(page.locator(".work-row.done")).to_have_count(1)
+    kept = {path.name for path in (server.sessions / "monday" / "one" / "exports").iterdir()}
+    with works_held(server):
+        job = export(server, "glb")
+        cancel_button(page, job).click()
+        expect(page.locator(".work-row.cancelling")).to_have_count(1)
+    expect(page.locator(".work-row.cancelled")).to_have_count(1)
+    assert {path.name for path in (server.sessions / "monday" / "one" / "exports").iterdir()} == kept
 
 
 def test_why_work_failed_and_what_to_do(chromium: Browser, server: ServerProcess) -> None:

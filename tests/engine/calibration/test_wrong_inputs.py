@@ -88,7 +88,9 @@ def test_camera_bumped_while_walking(frames):
 
 
 @pytest.mark.parametrize(("rig", "at"), [(2, 200), (2, 800), (3, 200), (3, 800)])
-@pytest.mark.parametrize(("metres", "degrees"), [(0.05, 1.0), (0.08, 3.0)])
+@pytest.mark.parametrize(
+    ("metres", "degrees"), [(0.05, 1.0), pytest.param(0.08, 3.0, marks=pytest.mark.long)]
+)
 def test_camera_bumped_is_named_however_early_or_late(frames, rig, at, metres, degrees):
     frames = frames if rig == 2 else record(27, RIGS[rig])[0]
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))

@@ -30,7 +30,7 @@ def walk(test_data: Path) -> PicturedWalk:
     [
         (("cam01", "cam02", "cam03", "cam04"), 25.0, 22.0),
         (("cam01", "cam02"), 35.0, 32.0),
-        (("cam02", "cam04"), 40.0, 36.0),
+        pytest.param(("cam02", "cam04"), 40.0, 36.0, marks=pytest.mark.long),
     ],
     ids=["four", "two", "two others"],
 )
@@ -45,7 +45,11 @@ def test_a_walk_is_solved_from_rays(
 
 @pytest.mark.parametrize(
     ("names", "live_mm"),
-    [(("cam01", "cam02", "cam03", "cam04"), 25.0), (("cam01", "cam04"), 50.0), (("cam02", "cam04"), 50.0)],
+    [
+        (("cam01", "cam02", "cam03", "cam04"), 25.0),
+        (("cam01", "cam04"), 50.0),
+        pytest.param(("cam02", "cam04"), 50.0, marks=pytest.mark.long),
+    ],
     ids=["four", "two", "two others"],
 )
 def test_videos_of_a_treadmill_are_solved_live(
@@ -60,7 +64,9 @@ def test_videos_of_a_treadmill_are_solved_live(
     )  # 600 to 720 if each frame of 60 a second counts as one of 30
 
 
-@pytest.mark.parametrize("other", ["cam02", "cam03", "cam04"])
+@pytest.mark.parametrize(
+    "other", ["cam02", *(pytest.param(name, marks=pytest.mark.long) for name in ("cam03", "cam04"))]
+)
 def test_a_solve_starts_with_left_and_right_as_they_are(walk: PicturedWalk, other: str) -> None:
     """One camera, or both, exchange them in the first frames of each place."""
     names = ("cam01", other)

@@ -96,9 +96,19 @@ def server(scene, tmp_path: Path) -> Iterator[ServerProcess]:
         yield process
 
 
-def solve_job(server: ServerProcess) -> dict:
-    (job,) = [one for one in server.http.get("/jobs").json() if one["kind"] == "solve"]
+def job_of(server: ServerProcess, name: str) -> dict:
+    (job,) = [one for one in server.http.get("/jobs").json() if one["id"] == name]
     return job
+
+
+def solve_state(server: ServerProcess) -> str:
+    """Of the solve that was not cancelled."""
+    (state,) = [
+        one["state"]
+        for one in server.http.get("/jobs").json()
+        if one["kind"] == "solve" and one["state"] != "cancelled"
+    ]
+    return state
 
 
 def note_words(page: Page) -> None:
@@ -114,9 +124,31 @@ def note_words(page: Page) -> None:
 
 @pytest.mark.browser
 @pytest.mark.timeout(1200)
-def test_the_page_shows_the_first_seconds_and_then_the_solve(
+def test_a_cancelled_solve_leaves_nothing_and_the_page_shows_the_first_seconds_and_then_the_solve(
     chromium: Browser, server: ServerProcess
 ) -> None:
+    a_cancelled_solve_leaves_nothing_of_its_beginning(server)
+    the_page_shows_the_first_seconds_and_then_the_solve(chromium, server)
+
+
+def a_cancelled_solve_leaves_nothing_of_its_beginning(server: ServerProcess) -> None:
+    take = Take.open(server.sessions / "monday" / "depth")
+    server.http.put("/replay", json={"take": "monday/depth", "solve": ""}).raise_for_status()
+    job = server.http.post("/takes/monday/depth/solves", json={"preset": "studio"}).raise_for_status().json()
+    wait_until(lambda: job_of(server, job["id"])["so_far_s"], "the first seconds are there", 900)
+    with works_held(server):
+        status = server.http.get("/replay").json()
+        assert status["solve"] == "studio" and status["of_s"] > status["frames"] / status["rate_hz"] - 0.1
+        server.http.post(f"/jobs/{job['id']}/cancel").raise_for_status()
+    wait_until(lambda: job_of(server, job["id"])["state"] == "cancelled", "the solve is cancelled", 300)
+    status = server.http.get("/replay").json()
+    assert status["solve"] == "" and status["of_s"] is None and job_of(server, job["id"])["so_far_s"] is None
+    assert not list((take.path / "solves").iterdir()) and not (take.path / "tracked").exists()
+    again = server.http.put("/replay", json={"take": "monday/depth", "solve": "studio"})
+    assert again.status_code == 404 and "no solve" in json.dumps(again.json())
+
+
+def the_page_shows_the_first_seconds_and_then_the_solve(chromium: Browser, server: ServerProcess) -> None:
     with quiet_page(chromium) as page:
         page.goto(server.url)
         page.get_by_role("button", name="Open depth").click()
@@ -126,7 +158,7 @@ def test_the_page_shows_the_first_seconds_and_then_the_solve(
         wait_until(
             lambda: page.evaluate("window.said.length > 0"), "the page tells of the first seconds", 900
         )
-        wait_until(lambda: solve_job(server)["state"] == "done", "the solve is made", 900)
+        wait_until(lambda: solve_state(server) == "done", "the solve is made", 900)
         expect(page.locator("#replay-growing")).to_have_count(0, timeout=60_000)
         expect(page.locator("#replay-solve")).to_have_value("studio", timeout=60_000)
         said = page.evaluate("window.said")
@@ -134,21 +166,3 @@ def test_the_page_shows_the_first_seconds_and_then_the_solve(
         assert any("so far 2.0 of 4." in words for words in said if words.startswith("▶")), said
     status = server.http.get("/replay").json()
     assert status["solve"] == "studio" and status["of_s"] is None
-
-
-@pytest.mark.timeout(1200)
-def test_a_cancelled_solve_leaves_nothing_of_its_beginning(server: ServerProcess) -> None:
-    take = Take.open(server.sessions / "monday" / "depth")
-    server.http.put("/replay", json={"take": "monday/depth", "solve": ""}).raise_for_status()
-    job = server.http.post("/takes/monday/depth/solves", json={"preset": "studio"}).raise_for_status().json()
-    wait_until(lambda: solve_job(server)["so_far_s"], "the first seconds are there", 900)
-    with works_held(server):
-        status = server.http.get("/replay").json()
-        assert status["solve"] == "studio" and status["of_s"] > status["frames"] / status["rate_hz"] - 0.1
-        server.http.post(f"/jobs/{job['id']}/cancel").raise_for_status()
-    wait_until(lambda: solve_job(server)["state"] == "cancelled", "the solve is cancelled", 300)
-    status = server.http.get("/replay").json()
-    assert status["solve"] == "" and status["of_s"] is None and solve_job(server)["so_far_s"] is None
-    assert not list((take.path / "solves").iterdir()) and not (take.path / "tracked").exists()
-    again = server.http.put("/replay", json={"take": "monday/depth", "solve": "studio"})
-    assert again.status_code == 404 and "no solve" in json.dumps(again.json())

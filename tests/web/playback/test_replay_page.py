@@ -33,8 +33,14 @@ def replay(address: str) -> dict:
     return patient.get(f"{address}/api/v1/replay").json()
 
 
+def _ends_above(page: Page, which: str, y: float) -> bool:
+    box = page.locator(which).bounding_box()  # None for a moment where it is drawn anew
+    return box is not None and box["y"] + box["height"] < y
+
+
 def test_a_solve_is_replayed_with_keys_and_pointer(address: str, page: Page) -> None:
     page.goto(address)
+    expect(page.locator("#cameras-title")).to_be_visible()
     page.get_by_role("button", name="Replay one, solve studio").click()
     expect(page.locator("#replay-time")).to_contain_text(f"0 / {FRAMES - 1}")
     page.keyboard.press("ArrowRight")
@@ -58,6 +64,26 @@ def test_a_solve_is_replayed_with_keys_and_pointer(address: str, page: Page) -> 
     page.keyboard.press("Escape")
     expect(page.locator("#replay")).to_be_hidden()
     assert replay(address) == {"open": False}
+    page.keyboard.press("?")
+    expect(page.get_by_role("dialog")).to_contain_text("Ten frames back, on")
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog")).to_be_hidden()
+    page.keyboard.press("2")
+    what_concerns_the_open_take_stands_first(page)
+
+
+def what_concerns_the_open_take_stands_first(page: Page) -> None:
+    page.get_by_role("button", name="Replay one, solve studio").click()
+    expect(page.locator("#open-take")).to_contain_text("one")
+    expect(page.locator("#cameras-title")).to_be_hidden()
+    for which in ("#open-take .primary", "#preset"):
+        expect(page.locator(which)).to_be_visible()
+        until(lambda which=which: _ends_above(page, which, 720))
+    page.locator("#live-panels").click()
+    expect(page.locator("#cameras-title")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator("#open-take-panel")).to_be_hidden()
+    expect(page.locator("#cameras-title")).to_be_visible()
 
 
 def test_state_survives_a_reload_and_a_ghost_is_chosen(address: str, page: Page) -> None:
@@ -97,15 +123,6 @@ def test_of_two_quick_choices_the_second_stands(address: str, page: Page) -> Non
     until(lambda: replay(address)["ghost"] == {"take": "monday/two", "solve": "studio"})
 
 
-def test_the_shortcuts_are_shown(address: str, page: Page) -> None:
-    page.goto(address)
-    page.keyboard.press("?")
-    expect(page.get_by_role("dialog")).to_contain_text("Ten frames back, on")
-    page.keyboard.press("Escape")
-    expect(page.get_by_role("dialog")).to_be_hidden()
-    page.keyboard.press("2")
-
-
 def open_one(address: str, page: Page) -> dict:
     page.goto(address)
     page.get_by_role("button", name="Replay one, solve studio").click()
@@ -115,8 +132,13 @@ def open_one(address: str, page: Page) -> dict:
     return box
 
 
-def test_markers_are_set_named_removed_and_taken_back(address: str, page: Page) -> None:
-    open_one(address, page)
+def test_markers_are_set_and_the_timeline_zooms_snaps_and_takes_a_range(address: str, page: Page) -> None:
+    box = open_one(address, page)
+    markers_are_set_named_removed_and_taken_back(address, page)
+    the_timeline_zooms_snaps_and_takes_a_range(address, page, box)
+
+
+def markers_are_set_named_removed_and_taken_back(address: str, page: Page) -> None:
     page.keyboard.press("Shift+ArrowRight")
     page.keyboard.press("m")
     expect(page.locator("#messages")).to_contain_text("Marker 1 is set")
@@ -135,14 +157,13 @@ def test_markers_are_set_named_removed_and_taken_back(address: str, page: Page) 
     page.keyboard.press("Control+z")
     expect(page.locator("#marker-list li")).to_have_count(2)
     assert [one["name"] for one in markers(address)] == ["kick", "Marker 2"]
+    for left in (1, 0):  # then there is nothing to snap to
+        page.locator("#marker-list li").first.get_by_role("button", name="Remove").click()
+        expect(page.locator("#marker-list input")).to_have_count(left)
+    page.locator("#replay-markers").click()
 
 
-def markers(address: str) -> list[dict]:
-    return patient.get(f"{address}/api/v1/takes/monday/one").json()["meta"].get("markers", [])
-
-
-def test_the_timeline_zooms_snaps_and_takes_a_range(address: str, page: Page) -> None:
-    box = open_one(address, page)
+def the_timeline_zooms_snaps_and_takes_a_range(address: str, page: Page, box: dict) -> None:
     gutter, right = 96, 6
     width = box["width"] - gutter - right
 
@@ -169,22 +190,5 @@ def test_the_timeline_zooms_snaps_and_takes_a_range(address: str, page: Page) ->
     until(lambda: replay(address)["first"] == 1)
 
 
-def _ends_above(page: Page, which: str, y: float) -> bool:
-    box = page.locator(which).bounding_box()  # None for a moment where it is drawn anew
-    return box is not None and box["y"] + box["height"] < y
-
-
-def test_what_concerns_the_open_take_stands_first(address: str, page: Page) -> None:
-    page.goto(address)
-    expect(page.locator("#cameras-title")).to_be_visible()
-    page.get_by_role("button", name="Replay one, solve studio").click()
-    expect(page.locator("#open-take")).to_contain_text("one")
-    expect(page.locator("#cameras-title")).to_be_hidden()
-    for which in ("#open-take .primary", "#preset"):
-        expect(page.locator(which)).to_be_visible()
-        until(lambda which=which: _ends_above(page, which, 720))
-    page.locator("#live-panels").click()
-    expect(page.locator("#cameras-title")).to_be_visible()
-    page.keyboard.press("Escape")
-    expect(page.locator("#open-take-panel")).to_be_hidden()
-    expect(page.locator("#cameras-title")).to_be_visible()
+def markers(address: str) -> list[dict]:
+    return patient.get(f"{address}/api/v1/takes/monday/one").json()["meta"].get("markers", [])

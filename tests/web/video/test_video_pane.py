@@ -81,11 +81,6 @@ def open_video(address: str, page: Page) -> None:
     expect(page.locator(f"{CANVAS}[data-picture]")).to_be_visible()
 
 
-def hide_figures(page: Page) -> None:
-    for kind in ("landmarks", "skeleton"):
-        page.locator(f"#video-{kind}").uncheck()
-
-
 def shown_number(page: Page, frame: int) -> int:
     """The number in the picture that is shown at a frame, once it has come."""
     page.locator(f"{CANVAS}[data-frame='{frame}']").wait_for()
@@ -97,51 +92,15 @@ def expected(take: Take, frame: int) -> float:
     return float(poses_of(take).time_s[frame]) * RATE_HZ
 
 
-def test_the_picture_is_that_of_the_frame(take: Take, address: str, page: Page) -> None:
+def test_the_picture_keeps_step_and_the_solve_is_drawn_over_it(take: Take, address: str, page: Page) -> None:
     open_video(address, page)
-    hide_figures(page)
-    frames = poses_of(take).frame_count
-    assert abs(shown_number(page, 0) - expected(take, 0)) <= 1.0
-    page.keyboard.press("ArrowRight")
-    page.keyboard.press("Shift+ArrowRight")
-    assert abs(shown_number(page, 11) - expected(take, 11)) <= 1.0
-    page.keyboard.press("ArrowLeft")
-    assert abs(shown_number(page, 10) - expected(take, 10)) <= 1.0
-    page.keyboard.press("End")
-    assert abs(shown_number(page, frames - 1) - expected(take, frames - 1)) <= 1.0
-    box = page.locator("#timeline").bounding_box()
-    assert box is not None
-    page.mouse.click(box["x"] + 0.55 * box["width"], box["y"] + 20)
-    until(
-        lambda: (
-            page.evaluate("true")
-            and 20 < patient.get(f"{address}/api/v1/replay").json()["frame"] < frames - 9
-        )
-    )
-    frame = patient.get(f"{address}/api/v1/replay").json()["frame"]
-    assert abs(shown_number(page, frame) - expected(take, frame)) <= 1.0
-    page.keyboard.press("Home")
-    assert abs(shown_number(page, 0) - expected(take, 0)) <= 1.0
+    landmarks_and_skeleton_are_drawn_where_the_lens_has_them(take, address, page)
+    the_picture_is_that_of_the_frame(take, address, page)
+    while_it_plays_in_a_loop_the_picture_keeps_step(take, page)
+    a_camera_without_video_says_why(page)
 
 
-@pytest.mark.parametrize("speed", ["0.5", "2"])
-def test_while_it_plays_in_a_loop_the_picture_keeps_step(take: Take, address: str, page: Page, speed) -> None:
-    open_video(address, page)
-    hide_figures(page)
-    page.locator("#replay-speed").select_option(speed)
-    page.locator(CANVAS).click()
-    page.keyboard.press("Space")
-    seen = page.evaluate(SEEN, 6000)
-    page.keyboard.press("Space")
-    assert len({frame for frame, _ in seen}) > 5
-    for frame, bars in seen:  # what is drawn is of the frame for which it was drawn
-        assert abs(number_in(np.array(bars, float)) - expected(take, frame)) <= 1.5, frame
-
-
-def test_landmarks_and_skeleton_are_drawn_where_the_lens_has_them(
-    take: Take, address: str, page: Page
-) -> None:
-    open_video(address, page)
+def landmarks_and_skeleton_are_drawn_where_the_lens_has_them(take: Take, address: str, page: Page) -> None:
     until(lambda: min(page.locator(CANVAS).evaluate(COLOURS).values()) > 20)
     page.locator("#video-skeleton").uncheck()
     until(lambda: page.locator(CANVAS).evaluate(COLOURS)["skeleton"] == 0)
@@ -167,8 +126,44 @@ def test_landmarks_and_skeleton_are_drawn_where_the_lens_has_them(
     np.testing.assert_allclose(found[near], pixels[near], atol=0.05)
 
 
-def test_a_camera_without_video_says_why(address: str, page: Page) -> None:
-    open_video(address, page)
+def the_picture_is_that_of_the_frame(take: Take, address: str, page: Page) -> None:
+    frames = poses_of(take).frame_count
+    assert abs(shown_number(page, 0) - expected(take, 0)) <= 1.0
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Shift+ArrowRight")
+    assert abs(shown_number(page, 11) - expected(take, 11)) <= 1.0
+    page.keyboard.press("ArrowLeft")
+    assert abs(shown_number(page, 10) - expected(take, 10)) <= 1.0
+    page.keyboard.press("End")
+    assert abs(shown_number(page, frames - 1) - expected(take, frames - 1)) <= 1.0
+    box = page.locator("#timeline").bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 0.55 * box["width"], box["y"] + 20)
+    until(
+        lambda: (
+            page.evaluate("true")
+            and 20 < patient.get(f"{address}/api/v1/replay").json()["frame"] < frames - 9
+        )
+    )
+    frame = patient.get(f"{address}/api/v1/replay").json()["frame"]
+    assert abs(shown_number(page, frame) - expected(take, frame)) <= 1.0
+    page.keyboard.press("Home")
+    assert abs(shown_number(page, 0) - expected(take, 0)) <= 1.0
+
+
+def while_it_plays_in_a_loop_the_picture_keeps_step(take: Take, page: Page) -> None:
+    for speed in ("0.5", "2"):
+        page.locator("#replay-speed").select_option(speed)
+        page.locator(CANVAS).click()
+        page.keyboard.press("Space")
+        seen = page.evaluate(SEEN, 6000)
+        page.keyboard.press("Space")
+        assert len({frame for frame, _ in seen}) > 5
+        for frame, bars in seen:  # what is drawn is of the frame for which it was drawn
+            assert abs(number_in(np.array(bars, float)) - expected(take, frame)) <= 1.5, frame
+
+
+def a_camera_without_video_says_why(page: Page) -> None:
     page.locator("#video-camera").select_option("right")
     expect(page.locator("#video-said")).to_contain_text("the take keeps no video of right")
     page.evaluate("localStorage.setItem('language', 'fr')")

@@ -32,6 +32,13 @@ FBX_MATRIX: dict[str, ExportOptions] = {
 }
 """Name -> options of 72 FBX files."""
 
+PAIRS = frozenset(
+    f"{target}, {ROOT_MOTIONS[(t + v) % len(ROOT_MOTIONS)]}, {name}"
+    for t, target in enumerate(TARGETS)
+    for v, name in enumerate(_VARIANTS)
+)
+"""24 of these files: each two of target, root motion and variant stand together in one of them."""
+
 BVH_MATRIX: dict[str, ExportOptions] = {
     f"{target}, {root_motion}, {order} {unit}": ExportOptions(
         target=target, root_motion=root_motion, rotation_order=order, unit=unit, fps=30.0

@@ -1,6 +1,10 @@
-"""Every target, root motion and option, as the Autodesk FBX SDK, ufbx, Blender and bvhio read the files."""
+"""Every target, root motion and option, as the Autodesk FBX SDK, ufbx, Blender and bvhio read the files.
 
-from collections.abc import Callable
+Each two of them are together in a file. The long form has them all together.
+"""
+
+from collections.abc import Callable, Iterable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +15,7 @@ from studio.engine.animation.export import ExportOptions, export
 from studio.engine.animation.mannequin import mannequin
 from studio.engine.base.geometry import matrices
 from studio.engine.base.quaternions import inverse, multiply
-from tests.engine.animation.export.matrix import BVH_MATRIX, FBX_MATRIX, SECONDS, Truth, source, truth
+from tests.engine.animation.export.matrix import BVH_MATRIX, FBX_MATRIX, PAIRS, SECONDS, Truth, source, truth
 from tests.engine.animation.export.readers.programs import (
     BlenderScene,
     ReadBack,
@@ -26,6 +30,11 @@ TURN_DEG = 0.05
 
 BLENDER = [n for n, o in FBX_MATRIX.items() if o.key_error_cm is None or o.interpolation == "linear"]
 """Blender makes cubic curves linear, so a key that is left out is lost to it."""
+
+
+def in_pairs(names: Iterable[str]) -> list:
+    """Parameters of a test: those names that are not needed for each two options are long."""
+    return [name if name in PAIRS else pytest.param(name, marks=pytest.mark.long) for name in names]
 
 
 @pytest.fixture(scope="module")
@@ -50,16 +59,24 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
 @pytest.fixture(scope="module")
 def blender(
     files: Callable[[str], Path], tmp_path_factory: pytest.TempPathFactory
-) -> dict[str, BlenderScene]:
-    """All files of the matrix as Blender reads them."""
-    jobs = {}
-    for name, options in {**{name: FBX_MATRIX[name] for name in BLENDER}, **BVH_MATRIX}.items():
-        count = round(SECONDS * _rate(options)) + 1
-        jobs[name] = {"file": files(name), "frames": list(range(count)), "scale": UNITS_M[options.unit]}
-    return read_with_blender(jobs, tmp_path_factory.mktemp("blender"))
+) -> Callable[[str], BlenderScene]:
+    """The files of the matrix as Blender reads them: all long ones at once, and all others."""
+
+    @cache
+    def read(long: bool) -> dict[str, BlenderScene]:
+        wanted = {name: FBX_MATRIX[name] for name in BLENDER if (name not in PAIRS) == long}
+        if not long:
+            wanted |= BVH_MATRIX
+        jobs = {}
+        for name, options in wanted.items():
+            count = round(SECONDS * _rate(options)) + 1
+            jobs[name] = {"file": files(name), "frames": list(range(count)), "scale": UNITS_M[options.unit]}
+        return read_with_blender(jobs, tmp_path_factory.mktemp("blender"))
+
+    return lambda name: read(name in FBX_MATRIX and name not in PAIRS)[name]
 
 
-@pytest.mark.parametrize("name", FBX_MATRIX)
+@pytest.mark.parametrize("name", in_pairs(FBX_MATRIX))
 def test_ufbx(name: str, files: Callable[[str], Path]) -> None:
     options = FBX_MATRIX[name]
     back = read_with_ufbx(files(name), hz=_rate(options))
@@ -75,16 +92,16 @@ def test_ufbx(name: str, files: Callable[[str], Path]) -> None:
     assert back.scene["cubic"] == (back.scene["curves"] if cubic else 0)
 
 
-@pytest.mark.parametrize("name", FBX_MATRIX)
+@pytest.mark.parametrize("name", in_pairs(FBX_MATRIX))
 def test_fbx_sdk(name: str, files: Callable[[str], Path]) -> None:
     options = FBX_MATRIX[name]
     hz = min(_rate(options), 60)  # the most that the program samples at
     _check(read_with_fbx_sdk(files(name), hz=round(hz)), truth(options, hz), options)
 
 
-@pytest.mark.parametrize("name", BLENDER)
-def test_blender(name: str, blender: dict[str, BlenderScene]) -> None:
-    options, scene = FBX_MATRIX[name], blender[name]
+@pytest.mark.parametrize("name", in_pairs(BLENDER))
+def test_blender(name: str, blender: Callable[[str], BlenderScene]) -> None:
+    options, scene = FBX_MATRIX[name], blender(name)
     found = truth(options, _rate(options))
     _check(scene.bones, found, options)
     assert scene.bones.scene["frames_per_second"] == options.fps
@@ -94,7 +111,7 @@ def test_blender(name: str, blender: dict[str, BlenderScene]) -> None:
 
 
 @pytest.mark.parametrize("name", BVH_MATRIX)
-def test_bvh(name: str, files: Callable[[str], Path], blender: dict[str, BlenderScene]) -> None:
+def test_bvh(name: str, files: Callable[[str], Path], blender: Callable[[str], BlenderScene]) -> None:
     options = BVH_MATRIX[name]
     found = truth(options, _rate(options))
     back = read_with_bvhio(files(name))
@@ -103,7 +120,7 @@ def test_bvh(name: str, files: Callable[[str], Path], blender: dict[str, Blender
     columns = [found.motion.joint_names.index(joint) for joint in found.names]
     error = np.linalg.norm(joints.positions_cm[:, columns] * scale - found.positions_cm, axis=-1)
     assert error.max() < AT_KEYS_CM
-    bones = blender[name].bones
+    bones = blender(name).bones
     columns = [bones.names.index(joint) for joint in found.names]
     assert np.linalg.norm(bones.positions_cm[:, columns] - found.positions_cm, axis=-1).max() < AT_KEYS_CM
     assert bones.scene["frames_per_second"] == pytest.approx(options.fps)

@@ -90,7 +90,7 @@ def test_the_same_input_gives_the_same_cameras() -> None:
 
 
 def test_standing_on_one_spot_asks_for_a_walk() -> None:
-    result = calibrate_views(rig(radius_m=0.0))
+    result = calibrate_views(rig(radius_m=0.0)[:2])
     assert any("views.focal_on_spot" in codes(result, name) for name in result.cameras)
 
 
@@ -101,14 +101,14 @@ def test_a_performer_who_stands_still_is_refused() -> None:
             pixels=np.repeat(view.pixels[:1], len(view.time_s), axis=0),
             world_m=np.repeat(view.world_m[:1], len(view.time_s), axis=0),
         )
-        for view in rig()
+        for view in rig()[:2]
     ]
     result = calibrate_views(views)
     assert all(codes(result, name) == ["views.still"] for name in result.cameras)
 
 
 def test_a_camera_that_is_there_twice_is_refused_and_the_others_are_placed() -> None:
-    views = rig(knows_lens=True)
+    views = rig(knows_lens=True)[:2]
     result = calibrate_views([*views, replace(views[0], name="again")])
     assert codes(result, "again") == ["views.same_picture"]
     assert all(result.cameras[view.name].verdict != "refused" for view in views)
@@ -123,7 +123,7 @@ def test_cameras_beside_each_other_are_refused() -> None:
 
 
 def test_seated_people_are_refused() -> None:
-    result = calibrate_views(rig(seated=True, radius_m=0.3))
+    result = calibrate_views(rig(seated=True, radius_m=0.3)[:2])
     assert result.verdict == "refused"
     assert "views.seated" in codes(result, "camera_0")
 
@@ -132,7 +132,7 @@ def test_pictures_without_knees_are_refused() -> None:
     views = rig()
     confidence = views[1].confidence.copy()
     confidence[:, [INDEX["left_knee"], INDEX["right_knee"]]] = 0.1
-    result = calibrate_views([views[0], replace(views[1], confidence=confidence), views[2]])
+    result = calibrate_views([views[0], replace(views[1], confidence=confidence)])
     assert codes(result, "camera_1") == ["views.knees_unseen"]
 
 
