@@ -36,6 +36,7 @@ def opened(page: Page, url: str) -> Page:
     """The page with the take's solve at a frame, seen from the front."""
     page.goto(url)
     page.get_by_role("button", name="Replay walk, solve studio").click()
+    until(lambda: patient.get(f"{url}/api/v1/replay").json()["open"])
     patient.patch(f"{url}/api/v1/replay", json={"frame": FRAME, "playing": False}).raise_for_status()
     expect(page.locator("#replay-time")).to_contain_text(f" {FRAME} /")
     return page

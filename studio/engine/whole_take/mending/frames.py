@@ -22,7 +22,7 @@ from studio.engine.whole_take.mending.around import (
     filled,
     median_of,
 )
-from studio.engine.whole_take.mending.interval import Erring, erring, shift_of
+from studio.engine.whole_take.mending.interval import Erring, erring, fading, shift_of
 from studio.engine.whole_take.mending.spread import spread
 
 Array = NDArray[np.float64]
@@ -105,13 +105,19 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
         if not errs.any():
             continue
         tracks, noise = seen.tracks[:, errs], seen.noise[:, errs]
-        found = erring(tracks, noise, joint, at, place, axes, performer)
+        found, share = erring(tracks, noise, joint, at, place, axes, performer), None
+        if not found.is_seen:
+            found, share = fading(tracks, joint, at, place)
         rows = np.arange(found.rows.start, found.rows.stop)
         of_all = _in_all_cameras(seen, joint, errs, found)
         if found.follows:
             own = axes if found.in_body else np.broadcast_to(np.eye(3), axes.shape)
-            shift = shift_of(found, seen.tracks, seen.noise, of_all, own, performer)
-            shifted = np.einsum("tab,b->ta", own[rows], shift)[:, None]
+            if share is None:
+                shift = shift_of(found, seen.tracks, seen.noise, of_all, own, performer)
+                shifts = np.broadcast_to(shift, (len(rows), 3))
+            else:
+                shifts = share[:, None] * found.shift_m
+            shifted = np.einsum("tab,tb->ta", own[rows], shifts)[:, None]
             for other in found.joints:
                 moved = seen.tracks[rows, :, other] - shifted
                 places[rows, :, other] = np.where(of_all[..., None], moved, places[rows, :, other])

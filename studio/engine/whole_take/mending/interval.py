@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from studio.engine.edits.timing import eased
 from studio.engine.model.calibration import Performer
 from studio.engine.model.joints import CANONICAL, INDEX, PARENTS
 from studio.engine.whole_take.mending.around import STEP_S, filled, median_of
@@ -53,6 +54,12 @@ STILL_M_S = 0.15
 FAST_PERCENT, NEAR_M = 90.0, 0.08
 """A joint is no faster than this percentile of its speeds; and how far from the pin it may be at once [m]."""
 
+TELLS = 30.0
+"""Cost below 0 of an error of which more than the pin tells: noise of three cameras reaches 20, three frames 120."""
+
+FADE_S = 0.5
+"""An error of which nothing but the pin tells fades in so long before and after it [s]."""
+
 SLOPE = 3
 """A jump is what is beyond the velocity in so many instants on either side."""
 
@@ -79,6 +86,11 @@ class Erring:
     in_body: bool
     follows: bool
     cost: float
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether more than the pin tells of it."""
+        return self.cost < -TELLS
 
 
 def limb_of(joint: int) -> list[tuple[int, ...]]:
@@ -131,6 +143,24 @@ def erring(
     unmoved = np.where(_still(tracks[:, :, joint]), np.minimum(jumps, 0.0), jumps)
     found.append(_best(untold - right, unmoved, unmoved, at, own, np.zeros(3), in_body=False, follows=False))
     return min(found, key=lambda one: one.cost)
+
+
+def fading(tracks: Array, joint: int, at: slice, place_m: Array) -> tuple[Erring, Array]:
+    """Return an error of which nothing but the pin tells, and its share in each of its instants: it fades.
+
+    Args:
+        tracks, joint, at, place_m: as in `erring`.
+
+    Returns:
+        The error, and shares 0..1, shape (row_count,).
+    """
+    reach = round(FADE_S / STEP_S)
+    rows = slice(max(at.start - reach, 0), min(at.stop + reach, len(tracks)))
+    k = np.arange(rows.start, rows.stop)
+    away = np.maximum(np.maximum(at.start - k, k - at.stop + 1), 0)
+    shift = np.nanmean(tracks[at, :, joint] - place_m[at][:, None], axis=(0, 1))
+    error = Erring(rows, limb_of(joint)[0], shift, in_body=False, follows=True, cost=0.0)
+    return error, eased(1.0 - away / (reach + 1))
 
 
 def _shifted(

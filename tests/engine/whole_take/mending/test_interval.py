@@ -5,7 +5,7 @@ import pytest
 
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.whole_take.mending.around import STEP_S
-from studio.engine.whole_take.mending.interval import Erring, erring, shift_of
+from studio.engine.whole_take.mending.interval import Erring, erring, fading, shift_of
 from tests.live.performer import calibration, joints_m
 
 COUNT, PIN, CAMERAS = 150, 75, 3
@@ -34,7 +34,7 @@ def test_a_limb_that_is_shifted_is_found_with_its_shift(at: int):
     tracks, shift = seen(), np.array([0.12, -0.1, 0.12])
     tracks[BEGIN:END, :, ARM] += shift
     error = found(tracks, at)
-    assert error.follows and error.joints == tuple(ARM)
+    assert error.is_seen and error.follows and error.joints == tuple(ARM)
     assert abs(error.rows.start - BEGIN) <= 1 and abs(error.rows.stop - END) <= 1
     errs = np.ones((error.rows.stop - error.rows.start, CAMERAS), dtype=bool)
     told = shift_of(error, tracks, NOISE, errs, AXES, PERFORMER)
@@ -45,5 +45,17 @@ def test_a_wrist_that_is_taken_for_another_joint_says_nothing_for_as_long():
     tracks = seen()
     tracks[BEGIN:END, :, ARM[1:]] = tracks[BEGIN:END, :, [INDEX["spine"]]]
     error = found(tracks)
-    assert not error.follows and error.joints == (WRIST, INDEX["left_hand"])
+    assert error.is_seen and not error.follows and error.joints == (WRIST, INDEX["left_hand"])
     assert abs(error.rows.start - BEGIN) <= 1 and abs(error.rows.stop - END) <= 1
+
+
+@pytest.mark.parametrize("away", [[0.0, 0.0, 0.15], [0.1, 0.1, 0.0]], ids=["up", "aside"])
+def test_a_pin_of_which_nothing_else_tells_fades_before_and_after_it(away: list[float]):
+    tracks, at = seen(), slice(PIN, PIN + 1)
+    place = np.zeros((COUNT, 3))
+    place[PIN] = TRUE[PIN, WRIST] + away
+    assert not erring(tracks, NOISE, WRIST, at, place, AXES, PERFORMER).is_seen
+    error, share = fading(tracks, WRIST, at, place)
+    np.testing.assert_allclose(error.shift_m, -np.array(away), atol=0.02)
+    assert share[PIN - error.rows.start] == 1.0 and share[0] < 0.02 and share[-1] < 0.02
+    assert np.abs(np.diff(share)).max() < 0.11  # no frame jumps

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from studio.engine.model.lens import Lens
 
 from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.edits.edit import PinEdit
 from studio.engine.model.calibration import Calibration
+from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.frames import CameraFrame, PictureJoints
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.whole_take.mending.frames import edited_frames
