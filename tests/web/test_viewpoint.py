@@ -147,6 +147,10 @@ def test_following_is_a_choice_and_follow_and_orbit_are_this_browsers(stage: str
     following_the_operator_is_a_choice(stage, one, other)
     what_the_operator_sees_is_in_a_narrower_picture_too(stage, browsers, other)
     follow_and_orbit_are_this_browsers(stage, one, other)
+    press(other, FRONT)
+    expect(one.locator("#view-operator")).to_be_enabled()
+    other.close()  # a view of a page that is gone is not offered
+    expect(one.locator("#view-operator")).to_be_disabled()
 
 
 def following_the_operator_is_a_choice(stage: str, one: Page, other: Page) -> None:
@@ -172,9 +176,6 @@ def following_the_operator_is_a_choice(stage: str, one: Page, other: Page) -> No
     press(other, STAGE)
     at_rest(other)
     is_at(one, kept)
-    expect(one.locator("#view-operator")).to_be_enabled()
-    other.close()  # a view of a page that is gone is not offered
-    expect(one.locator("#view-operator")).to_be_disabled()
 
 
 def what_the_operator_sees_is_in_a_narrower_picture_too(stage: str, browsers: Callable, one: Page) -> None:
