@@ -226,9 +226,8 @@ def test_what_goes_wrong_or_is_cancelled_is_told_and_leaves_nothing(
     expect(page.locator(take(page, "fine"))).to_be_visible()
     expect(page.locator(".take")).to_have_count(2)
     assert left(server) == []
-    for _ in range(errors.count()):
+    while errors.count():  # there may be other messages, too
         page.get_by_role("button", name="Dismiss").first.click()
-    expect(errors).to_have_count(0)
     an_upload_is_cancelled_or_its_browser_goes(page, chromium, server)
 
 
