@@ -21,7 +21,7 @@ WAIT_MS = 60_000
 
 UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
   const next = window.requestAnimationFrame.bind(window);
-  window.requestAnimationFrame = (call) => setTimeout(() => next(call), 400);
+  window.requestAnimationFrame = (call) => setTimeout(() => next(call), 200);
   if (!location.search.includes("software")) {
     const { getContext } = HTMLCanvasElement.prototype, { getParameter } = WebGL2RenderingContext.prototype;
     HTMLCanvasElement.prototype.getContext = function (kind, how) {
@@ -32,7 +32,7 @@ UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
     };
   }
 }"""
-"""Has the 3D view draw two or three frames a second, without multisampling: drawing by software would take a core
+"""Has the 3D view draw some five frames a second, without multisampling: drawing by software would take a core
 from all other tests. It takes the browser for one with a graphics card, so that pictures of one test have the same
 resolution; where `?software` is asked for, it knows."""
 
