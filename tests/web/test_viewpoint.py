@@ -148,6 +148,8 @@ def test_following_is_a_choice_and_follow_and_orbit_are_this_browsers(stage: str
     what_the_operator_sees_is_in_a_narrower_picture_too(stage, browsers, other)
     follow_and_orbit_are_this_browsers(stage, one, other)
     press(other, FRONT)
+    at_rest(other)
+    expect(other.locator("#view-operator")).to_be_hidden()  # it is who moved last
     expect(one.locator("#view-operator")).to_be_enabled()
     other.close()  # a view of a page that is gone is not offered
     expect(one.locator("#view-operator")).to_be_disabled()
