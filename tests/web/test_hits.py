@@ -22,7 +22,7 @@ THEME = """(theme) => {
 }"""
 """Changes the theme, also while a dialog lies over its button."""
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(1800)]
 
 
 @pytest.fixture
