@@ -3,8 +3,6 @@
 LTC may be on any channel of a recorder; of a file, the channel on which most timecode was found counts.
 """
 
-import os
-import selectors
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -18,12 +16,12 @@ from studio.engine.base.errors import FormatError
 from studio.engine.timecode.course import TimecodeCourse, course
 from studio.engine.timecode.ltc import LtcDecoder
 from studio.engine.timecode.timecode import TimecodeRate
+from studio.timecode.pipe import Pipe
 
 if TYPE_CHECKING:
     from av.container import InputContainer
 
 _WINDOW_NS = 5_000_000_000
-_WAIT_S = 0.05
 
 
 def samples_of(container: "InputContainer") -> Iterator[tuple[float, NDArray[np.float32]]]:
@@ -93,9 +91,9 @@ class LtcSource:
     def run(self, clock: Any, put: Any, stopping: threading.Event) -> None:
         """Listen until `stopping`; see `TimecodeSource`."""
         with ExitStack() as open_until_the_end:
-            what: str | _Pipe = self._what
+            what: str | Pipe = self._what
             if self._format is None and Path(what).is_fifo():
-                what = open_until_the_end.enter_context(_Pipe(what, stopping))
+                what = open_until_the_end.enter_context(Pipe(what, stopping, ends=True))
             container = open_until_the_end.enter_context(_opened(what, self._format, live=True))
             decoders: list[LtcDecoder] = []
             count, offsets = 0, _Offsets()
@@ -110,35 +108,6 @@ class LtcSource:
                 self.backwards = any(one.backwards for one in decoders)
                 for at, frame in max(words, key=len):
                     put(round(begins_ns + at / hz * 1e9), frame)
-
-
-class _Pipe:
-    """A named pipe as a file. A read ends when `stopping` is set: who does not listen takes nobody's data."""
-
-    def __init__(self, path: str, stopping: threading.Event) -> None:
-        self._file = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-        self._stopping = stopping
-        self._begun = False
-
-    def __enter__(self) -> "_Pipe":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        os.close(self._file)
-
-    def read(self, size: int) -> bytes:
-        """Return the next bytes; none at the end, when who wrote them has closed the pipe, or when it is stopped."""
-        with selectors.DefaultSelector() as ready:
-            ready.register(self._file, selectors.EVENT_READ)
-            while not self._stopping.is_set():
-                if not ready.select(_WAIT_S):
-                    continue
-                data = os.read(self._file, size)
-                if data or self._begun:
-                    self._begun = True
-                    return data
-                self._stopping.wait(_WAIT_S)  # nobody writes to it yet
-        return b""
 
 
 class _Offsets:
@@ -165,7 +134,7 @@ def _device(what: str) -> tuple[str | None, str]:
     return (begin, rest) if colon and begin in devices else (None, what)
 
 
-def _opened(what: "str | _Pipe", kind: str | None = None, *, live: bool = False) -> "InputContainer":
+def _opened(what: "str | Pipe", kind: str | None = None, *, live: bool = False) -> "InputContainer":
     """Return an opened container; `live`: begin at once, without looking far into it.
 
     Raises:

@@ -1,10 +1,7 @@
 """What timecode can be listened to: `clock`, `ltc:<device or file>`, `mtc:<MIDI device>`, `artnet[:<address>]`."""
 
-import os
-import selectors
 import socket
 import threading
-import time
 from collections.abc import Callable
 from datetime import datetime
 from typing import Protocol
@@ -13,6 +10,7 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.timecode import artnet
 from studio.engine.timecode.mtc import MtcDecoder
 from studio.engine.timecode.timecode import TimecodeRate, at_seconds
+from studio.timecode.pipe import WAIT_S, Pipe
 from studio.timecode.sound import LtcSource
 
 Clock = Callable[[], int]
@@ -21,7 +19,6 @@ Clock = Callable[[], int]
 Put = Callable[[int, int], None]
 """Takes a reading: when the frame began on the server's clock [ns], and the frame since midnight."""
 
-WAIT_S = 0.2
 _MOST_BYTES = 2048
 
 
@@ -99,19 +96,9 @@ def read_midi(path: str, stopping: threading.Event, take: Callable[[bytes], obje
     Raises:
         OSError: it cannot be opened, or was unplugged.
     """
-    device = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    try:
-        with selectors.DefaultSelector() as ready:
-            ready.register(device, selectors.EVENT_READ)
-            while not stopping.is_set():
-                if ready.select(WAIT_S):
-                    data = os.read(device, _MOST_BYTES)
-                    if data:
-                        take(data)
-                    else:
-                        time.sleep(WAIT_S)  # a pipe that nobody writes to
-    finally:
-        os.close(device)
+    with Pipe(path, stopping, ends=False) as device:
+        while data := device.read(_MOST_BYTES):
+            take(data)
 
 
 class ArtNetTimecode:

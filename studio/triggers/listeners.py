@@ -10,7 +10,8 @@ from msgspec import Struct
 
 from studio.engine.base.addresses import not_listening
 from studio.engine.base.sentences import say
-from studio.timecode.sources import WAIT_S, read_midi
+from studio.timecode.pipe import WAIT_S
+from studio.timecode.sources import read_midi
 
 _MOST_BYTES = 65_536
 _RETRY_S = 1.0
