@@ -2,7 +2,8 @@
 
 `stage` is the server's interface and safe from any thread. `engine` is the thread that owns the pipeline, fed by
 `inbox`. `recording_control` starts and stops takes. `cameras` holds the cameras and their clocks, `calibration` the
-calibration in use, `recording` the take being recorded, `keeping` frames that arrive late, and `status` the status.
+calibration in use, `performers` who is on stage, `recording` the take being recorded, `keeping` frames that arrive
+late, and `status` the status.
 """
 
 from studio.live.cameras.camera import CameraRefused

@@ -33,7 +33,7 @@ from studio.live.cameras.roster import Roster
 from studio.live.figures import PipelineFigures
 from studio.live.inbox import Arrived, Call, ClockExchange, Inbox, Item, Left, Reported
 from studio.live.latest import Latest
-from studio.live.performed import PerformedStage
+from studio.live.performers.performed import PerformedStage
 from studio.live.raw_steps import RawSteps
 from studio.live.states import StageStatus
 from studio.live.subscribers import Subscribers

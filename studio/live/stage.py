@@ -20,13 +20,13 @@ from studio.live.calibration.tpose import COUNTDOWN_S
 from studio.live.cameras.links import CameraLink, Links, Send
 from studio.live.cameras.newest_depth import ArrivedDepth
 from studio.live.cameras.previews import Previews
-from studio.live.cast import CastMember
 from studio.live.engine import Engine
 from studio.live.inbox import Arrived, ClockExchange, Left, Reported
 from studio.live.keeping.keeping import Keeping
 from studio.live.keeping.late import LateTakes
 from studio.live.keeping.resume import take_up
 from studio.live.latest import Latest
+from studio.live.performers.cast import CastMember
 from studio.live.recording_control import RecordingControl
 from studio.live.states import RecordStarted, RecordStopped, RefusedLinks, StageStatus
 from studio.live.status import stage_status

@@ -11,7 +11,7 @@ from studio.live.calibration.calibrator import camera_verdicts
 from studio.live.calibration.guards import age_s, calibration_warnings, moved_words, shared_usb
 from studio.live.calibration.kept import BORROWED
 from studio.live.engine import Engine
-from studio.live.performers_status import performers_status
+from studio.live.performers.status import performers_status
 from studio.live.recording.recorder import RESERVE_BYTES
 from studio.live.recording.recording import LiveRecording
 from studio.live.states import (

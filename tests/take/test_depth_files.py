@@ -11,8 +11,8 @@ import pytest
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.model.cameras.depth import DepthCamera
 from studio.take.importers import import_recording
-from studio.take.library.depth_export import export_depth
-from studio.take.library.k4a_writer import write_k4a
+from studio.take.library.exports.depth_export import export_depth
+from studio.take.library.exports.k4a_writer import write_k4a
 from studio.take.raw.depth import depth_cameras, depth_frames
 from studio.take.raw.frames import camera_frames
 from tests.refused import refused

@@ -9,7 +9,8 @@ import pytest
 
 from studio.engine.base.errors import FormatError, StudioError, TakeError
 from studio.engine.model.joints import INDEX, JOINT_SETS
-from studio.take.importers import import_recording, kinect
+from studio.take.importers import import_recording
+from studio.take.importers.kinect_v2 import joint_set
 from studio.take.raw.frames import camera_frames, inspect_raw
 from tests.refused import refused
 from tests.take.helpers import joints_header, joints_rows, write_csv
@@ -288,8 +289,8 @@ def test_kinect_states_become_confidence(tmp_path: Path) -> None:
 
 
 def test_kinect_axes_turn_without_a_mirror() -> None:
-    assert np.linalg.det(kinect.R_CAMERA_KINECT) == pytest.approx(1.0)
-    np.testing.assert_array_equal(kinect.to_camera(np.array([1.0, 2.0, 3.0])), [-1, -2, 3])
+    assert np.linalg.det(joint_set.R_CAMERA_KINECT) == pytest.approx(1.0)
+    np.testing.assert_array_equal(joint_set.to_camera(np.array([1.0, 2.0, 3.0])), [-1, -2, 3])
 
 
 @pytest.mark.parametrize("kind", ["camera-folders", "kinect-pair", "kinect-states"])

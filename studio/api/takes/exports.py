@@ -22,9 +22,9 @@ from studio.api.takes.takes import ExportRequest
 from studio.engine.animation.export import EXPORTERS, one_performer_format
 from studio.engine.base.errors import SettingsError
 from studio.take.folder.names import inside
-from studio.take.library.depth_export import choose_camera
+from studio.take.library.exports.depth_export import choose_camera
+from studio.take.library.exports.solve_export import SolveExport, check_scene
 from studio.take.library.sessions import take_info
-from studio.take.library.solve_export import SolveExport, check_scene
 
 FOLDER = ".exports"
 MAX_ITEMS = 200
@@ -137,7 +137,7 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
             ending = request.format if request.together else "zip"
             out = exports.archive(f"takes_{len(items)}.{ending}")
         job = jobs.submit(
-            "export", request.solves[0].take, out.name, "studio.take.library.solve_export:export_solves",
+            "export", request.solves[0].take, out.name, "studio.take.library.exports.solve_export:export_solves",
             items, out, request.format, rig, together=request.together,
         )  # fmt: skip
         exports.keep(job.id, out)
@@ -153,7 +153,7 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
             "export",
             request.take,
             out.name,
-            "studio.take.library.depth_export:export_depth",
+            "studio.take.library.exports.depth_export:export_depth",
             take,
             out,
             camera,

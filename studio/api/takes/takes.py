@@ -27,11 +27,11 @@ from studio.take.folder.meta import TakeMeta
 from studio.take.folder.names import inside
 from studio.take.folder.solves import read_metrics, read_settings
 from studio.take.folder.take import Take
+from studio.take.library.exports.solve_export import SolveExport, named_file
 from studio.take.library.index import TakeIndex
 from studio.take.library.presets import Presets
 from studio.take.library.query import parse_query
 from studio.take.library.sessions import new_take_path, session_of_today, take_info
-from studio.take.library.solve_export import SolveExport, named_file
 from studio.take.timecode.facts import TakeTimecode, take_timecode
 from studio.take.timecode.wish import TimecodeWish
 from studio.worker import run_in_process
@@ -256,7 +256,7 @@ def takes_router(
         one = request.of(opened, solve, rig)
         out = request.file_of(one)
         run_in_process(
-            "studio.take.library.solve_export:export_solves", [one], out, request.format, rig,
+            "studio.take.library.exports.solve_export:export_solves", [one], out, request.format, rig,
             together=request.together,
         )  # fmt: skip
         return FileResponse(out, filename=out.name, media_type="application/octet-stream")

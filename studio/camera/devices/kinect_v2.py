@@ -15,7 +15,7 @@ from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import NotAvailableError, SettingsError
 from studio.engine.model.cameras.depth import DepthCamera
-from studio.take.importers.kinect import to_camera
+from studio.take.importers.kinect_v2.joint_set import to_camera
 
 _KIND = "kinect-v2"
 _WIDTH, _HEIGHT = 512, 424

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from studio.engine.animation.export import ExportOptions
     from studio.engine.animation.retarget.onto import Onto
     from studio.take.folder.take import Take
-    from studio.take.library.solve_export import ToExport
+    from studio.take.library.exports.solve_export import ToExport
 
 _TEXT = """\
 Write a solve as a file for other programs.
@@ -126,7 +126,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.engine.animation.export import export_takes
     from studio.engine.animation.retarget.onto import export_onto
     from studio.take.folder.take import Take
-    from studio.take.library.solve_export import named_file
+    from studio.take.library.exports.solve_export import named_file
 
     if args.robot is not None or args.balance:
         return _export_robot(args)
@@ -157,7 +157,7 @@ def run(args: argparse.Namespace) -> int:
 def _performers(args: argparse.Namespace, take: "Take") -> "list[tuple[ToExport, str]]":
     """Return the performers of a take to export, each with the name of the solve."""
     from studio.library import choose_solve
-    from studio.take.library.solve_export import to_export
+    from studio.take.library.exports.solve_export import to_export
     from studio.take.timecode.wish import TimecodeWish
 
     solve = choose_solve(take.solve_names(), args.solve, str(take.path))
@@ -170,8 +170,8 @@ def _export_scene(args: argparse.Namespace, performers: "list[list[tuple[ToExpor
     """Write all performers of the one take to one file."""
     from studio.engine.animation.export import export_scene
     from studio.take.folder.take import Take
-    from studio.take.library.prop_export import props_to_export
-    from studio.take.library.solve_export import check_scene
+    from studio.take.library.exports.prop_export import props_to_export
+    from studio.take.library.exports.solve_export import check_scene
 
     check_scene(len(performers), args.rig)
     mine = [one for one, _ in performers[0]]
@@ -197,8 +197,8 @@ def _export_props(args: argparse.Namespace, take: "Take") -> int:
     """Write each prop to a file of its own."""
     from studio.engine.animation.export import export_takes
     from studio.library import choose_solve
-    from studio.take.library.prop_export import props_to_export
-    from studio.take.library.solve_export import named_file
+    from studio.take.library.exports.prop_export import props_to_export
+    from studio.take.library.exports.solve_export import named_file
 
     _refuse_options(args, _OF_PROPS, "a prop")
     solve = choose_solve(take.solve_names(), args.solve, str(take.path))
@@ -225,7 +225,7 @@ def _export_robot(args: argparse.Namespace) -> int:
     from studio.library import choose_solve
     from studio.take.folder.solved import solved_performers
     from studio.take.folder.take import Take
-    from studio.take.library.solve_export import named_file
+    from studio.take.library.exports.solve_export import named_file
 
     if args.robot is None:
         raise SettingsError("export.balance_without_robot", "--balance goes with --robot; name the robot too")
@@ -279,7 +279,7 @@ def _refuse_options(args: argparse.Namespace, allowed: frozenset[str], what: str
 def _export_depth(args: argparse.Namespace) -> int:
     from studio.engine.base.errors import SettingsError
     from studio.take.folder.take import Take
-    from studio.take.library.depth_export import export_depth
+    from studio.take.library.exports.depth_export import export_depth
 
     if args.format != "mkv":
         raise SettingsError(

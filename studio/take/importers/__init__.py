@@ -1,9 +1,9 @@
 """Imports of other recordings: `import_recording` finds the kind and the importer that reads it.
 
 `recording` holds the result of an importer and writes it as a take. The importers are `camera_folders` (which reads
-`joints_csv` and `depth_folder`), `kinect_pair`, `kinect_states`, `k4a_mkv`, `ros_bag` (on `bag_files`),
-`recording_files`, `raw_file`, `videos`, which finds landmarks, and `keypoints`, which reads those of others.
-`kinect` is shared by the two Kinect kinds, `table` reads their CSV, and `k4a` the metadata of Azure Kinect files.
+`joints_csv` and `depth_folder`), `kinect_v2` (its CSV of one sensor and of two), `k4a_mkv`, `ros_bag` (on
+`bag_files`), `recording_files`, `raw_file`, `videos`, which finds landmarks, and `keypoints`, which reads those of
+others. `table` reads CSV, and `k4a` the metadata of Azure Kinect files.
 `animation` makes takes of animations, without raw.
 """
 
@@ -18,8 +18,6 @@ from studio.take.folder.take import Take, check_free
 from studio.take.importers import (
     camera_folders,
     k4a_mkv,
-    kinect_pair,
-    kinect_states,
     raw_file,
     recording_files,
     ros_bag,
@@ -27,6 +25,7 @@ from studio.take.importers import (
 )
 from studio.take.importers.animation import ANIMATIONS, import_animation, is_animation
 from studio.take.importers.keypoints import reading as keypoints
+from studio.take.importers.kinect_v2 import pair, states
 from studio.take.importers.recording import Progress, ReadRecording, write_recording
 
 
@@ -52,16 +51,16 @@ IMPORTERS: dict[str, Importer] = {
             "import.kind_kinect_pair",
             "a CSV of several Kinect v2 with the columns Kinect_Id and Skeleton_Time",
         ),
-        kinect_pair.matches,
-        kinect_pair.read,
+        pair.matches,
+        pair.read,
     ),
     "kinect-states": Importer(
         say(
             "import.kind_kinect",
             "a CSV of one Kinect v2 without a header: time in 100 ns, then x, y, z, state of 25 joints",
         ),
-        kinect_states.matches,
-        kinect_states.read,
+        states.matches,
+        states.read,
     ),
     "keypoint-folders": Importer(
         say(

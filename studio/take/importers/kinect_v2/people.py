@@ -21,7 +21,7 @@ from studio.engine.calibration.quality.verdict import GOOD_AGREEMENT_M
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.model.joints import to_canonical
-from studio.take.importers import kinect
+from studio.take.importers.kinect_v2 import joint_set
 
 _MAX_TILT_DEG = 5.0
 """The recorder turned skeletons about the vertical alone."""
@@ -49,7 +49,7 @@ class PersonStream:
     def frames(self, camera: str) -> list[CameraFrame]:
         """Return the skeletons in canonical joints."""
         return [
-            CameraFrame(camera, k, time_ns, *to_canonical(kinect.JOINT_SET, positions, confidence))
+            CameraFrame(camera, k, time_ns, *to_canonical(joint_set.JOINT_SET, positions, confidence))
             for k, (time_ns, positions, confidence) in enumerate(
                 zip(self.times_ns.tolist(), self.positions, self.confidence, strict=True)
             )

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import TakeError
 from studio.take.folder.take import Take
-from studio.take.library.k4a_writer import write_k4a
+from studio.take.library.exports.k4a_writer import write_k4a
 from studio.take.raw.depth import DepthRecording
 
 

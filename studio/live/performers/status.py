@@ -3,7 +3,7 @@
 from studio.engine.base.sentences import say
 from studio.engine.identity.recognised import MOST_PERFORMERS, OnStage
 from studio.live.calibration.performers import has_profile
-from studio.live.performed import PerformedStage
+from studio.live.performers.performed import PerformedStage
 from studio.live.states import PerformerState, PerformerStatus
 
 

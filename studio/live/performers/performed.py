@@ -8,8 +8,8 @@ from studio.engine.identity.recognised import FIRST, OnStage
 from studio.engine.model.calibration import Performer
 from studio.live.calibration.in_use import CalibratedStage
 from studio.live.calibration.performers import list_profiles, recognised_profile, save_profile
-from studio.live.cast import Cast, CastMember
-from studio.live.sightings import Sightings
+from studio.live.performers.cast import Cast, CastMember
+from studio.live.performers.sightings import Sightings
 from studio.take.folder.known_performers import performers_meta
 from studio.take.folder.meta import TakePerformerMeta
 from studio.take.folder.performers import performer_number

@@ -10,14 +10,14 @@ import numpy as np
 
 from studio.engine.base.errors import FormatError
 from studio.engine.model.joints import JOINT_SETS
-from studio.take.importers import kinect
+from studio.take.importers.kinect_v2 import joint_set
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording, put_in_order
 from studio.take.importers.table import check_length, csv_rows, first_row, number, whole_number
 
-_NAMES = JOINT_SETS[kinect.JOINT_SET]
+_NAMES = JOINT_SETS[joint_set.JOINT_SET]
 _COUNT = 1 + 4 * len(_NAMES)
 CONFIDENCE_OF_STATE: dict[int, float] = {0: 0.0, 1: 0.4, 2: 1.0}
-_LATEST_TICKS = 2**62 // kinect.TICK_NS
+_LATEST_TICKS = 2**62 // joint_set.TICK_NS
 
 
 def matches(path: Path) -> bool:
@@ -41,17 +41,17 @@ def read(path: Path, progress: Progress) -> ReadRecording:
         values.append(_joints(path, line, cells[1:]))
     progress(1.0)
     notes = ["camera_0: confidence is 1 where tracked, 0.4 where inferred"]
-    times_ns = np.array(ticks, dtype=np.int64) * kinect.TICK_NS
+    times_ns = np.array(ticks, dtype=np.int64) * joint_set.TICK_NS
     order = put_in_order("camera_0", times_ns, notes)
     joints = np.array(values).reshape(len(values), len(_NAMES), 4)[order]
     confidence = joints[:, :, 3]
     points = np.where(confidence[:, :, None] > 0, joints[:, :, :3], np.nan)
     camera = ReadCamera(
         name="camera_0",
-        device=kinect.DEVICE,
-        joint_set=kinect.JOINT_SET,
+        device=joint_set.DEVICE,
+        joint_set=joint_set.JOINT_SET,
         times_ns=times_ns[order],
-        positions=kinect.to_camera(points),
+        positions=joint_set.to_camera(points),
         confidence=confidence,
     )
     return ReadRecording(cameras=(camera,), notes=notes)

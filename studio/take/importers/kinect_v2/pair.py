@@ -16,13 +16,18 @@ import numpy as np
 
 from studio.engine.base.errors import FormatError
 from studio.engine.model.joints import JOINT_SETS
-from studio.take.importers import kinect
-from studio.take.importers.kinect_people import PersonStream, PersonStreams, calibrated_by_all, in_one_frame
+from studio.take.importers.kinect_v2 import joint_set
+from studio.take.importers.kinect_v2.people import (
+    PersonStream,
+    PersonStreams,
+    calibrated_by_all,
+    in_one_frame,
+)
 from studio.take.importers.recording import OtherBody, Progress, ReadCamera, ReadRecording, put_in_order
 from studio.take.importers.table import check_length, csv_rows, first_row, header_index, number, whole_number
 
 ABSENT = -9999.0
-_NAMES = JOINT_SETS[kinect.JOINT_SET]
+_NAMES = JOINT_SETS[joint_set.JOINT_SET]
 _KEYS = ("Tracker_Time", "Person_Id", "Skeleton_Time", "Kinect_Id")
 _COLUMNS = (*_KEYS, *(f"{name}_{axis}" for name in _NAMES for axis in "XYZ"))
 _FIRST_YEAR = datetime(1, 1, 1, tzinfo=UTC)
@@ -109,14 +114,14 @@ def _streams(
     out: dict[int, PersonStream] = {}
     for person, rows in people.items():
         _, ticks, values = zip(*rows, strict=True)
-        times_ns = (np.array(ticks, dtype=np.int64) - first) * kinect.TICK_NS
+        times_ns = (np.array(ticks, dtype=np.int64) - first) * joint_set.TICK_NS
         times_ns += (tracker_ms - start_ms) * 1_000_000
         whose = name if len(people) == 1 else f"{name}, person {person}"
         order = put_in_order(whose, times_ns, notes)
         points = np.array(values).reshape(len(rows), len(_NAMES), 3)[order]
         absent = (points == ABSENT).any(axis=2)
         points[absent] = np.nan
-        out[person] = PersonStream(times_ns[order], kinect.to_camera(points), np.where(absent, 0.0, 1.0))
+        out[person] = PersonStream(times_ns[order], joint_set.to_camera(points), np.where(absent, 0.0, 1.0))
     return out
 
 
@@ -130,8 +135,8 @@ def _camera(name: str, kinect_id: str, people: dict[int, PersonStream]) -> ReadC
     in_order = [mine for _, mine in sorted(bodies.items())]
     return ReadCamera(
         name=name,
-        device=kinect.DEVICE,
-        joint_set=kinect.JOINT_SET,
+        device=joint_set.DEVICE,
+        joint_set=joint_set.JOINT_SET,
         serial=kinect_id,
         times_ns=np.array(sorted(bodies), dtype=np.int64),
         positions=np.array([mine[0].positions for mine in in_order]),

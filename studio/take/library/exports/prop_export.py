@@ -8,7 +8,7 @@ from studio.engine.animation.export import exporter_of
 from studio.take.folder.names import safe_name
 from studio.take.folder.solved import solved_performers
 from studio.take.folder.take import Take
-from studio.take.library.solve_export import ToExport
+from studio.take.library.exports.solve_export import ToExport
 from studio.take.rigid_bodies.kept import take_bodies
 from studio.take.rigid_bodies.used import no_such_body, prop_in_hand, stage_bodies
 

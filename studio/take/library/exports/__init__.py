@@ -1,0 +1,1 @@
+"""Exports of a take for other programs: solves, props and depth."""
