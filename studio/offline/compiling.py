@@ -1,7 +1,10 @@
 """Compiles ahead, once after installation, what the first takes call. The result is kept on disk."""
 
+import multiprocessing
+import os
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from studio.engine.animation.export import export
@@ -23,21 +26,25 @@ _HZ = 30.0
 
 
 def compile_ahead(progress: Callable[[float], None] | None = None) -> None:
-    """Run the live solve, finishing, tracking in depth and an export on a moment of the embedded performer.
+    """Run solving, finishing and an export on a moment of the embedded performer; beside it, tracking in depth.
 
     What they compile is kept beside the source or in the user's cache folder, where a later process finds it.
 
     Args:
         progress: receives the share done.
     """
-    steps = (prepare, _finish_and_export, _see_depth)
-    for done, step in enumerate(steps):
-        step()
-        if progress is not None:
-            progress((done + 1) / len(steps))
+    processes = min(len(STEPS), os.cpu_count() or 1)
+    with ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool:
+        running = [pool.submit(step) for step in STEPS]
+        for done, step in enumerate(as_completed(running)):
+            step.result()
+            if progress is not None:
+                progress((done + 1) / len(running))
 
 
-def _finish_and_export() -> None:
+def _solve() -> None:
+    """Solve live and finish a moment, and export it."""
+    prepare()
     poses = solve_stage(make_stage(SECONDS), preset("finish"))
     with tempfile.TemporaryDirectory() as folder:
         export(poses, Path(folder) / "moment.fbx", "fbx", key_error_cm=0.1)
@@ -55,3 +62,7 @@ def _see_depth() -> None:
         pass
     for _ in from_points(frames, cameras, calibration):
         pass
+
+
+STEPS = (_solve, _see_depth)
+"""What compiles; the steps run side by side."""
