@@ -7,25 +7,38 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
-from statsmodels.stats.multitest import multipletests
-from statsmodels.stats.proportion import proportion_confint
 
 from studio.review.blind.statistics import bradley_terry, holm, share
 
 
 @given(st.integers(0, 300), st.integers(0, 300))
-def test_shares_are_those_of_statsmodels_and_scipy(a: int, b: int) -> None:
+def test_shares_are_those_of_scipy(a: int, b: int) -> None:
     if a + b == 0:
         return
-    found = share(a, a + b)
-    low, high = proportion_confint(a, a + b, method="wilson")
-    assert (found.low, found.high) == (pytest.approx(low, abs=1e-9), pytest.approx(high, abs=1e-9))
-    assert found.p_value == pytest.approx(binomtest(a, a + b).pvalue, rel=1e-9)
+    found, scipy_s = share(a, a + b), binomtest(a, a + b)
+    ci = scipy_s.proportion_ci(method="wilson")
+    assert (found.low, found.high) == (pytest.approx(ci.low, abs=1e-9), pytest.approx(ci.high, abs=1e-9))
+    assert found.p_value == pytest.approx(scipy_s.pvalue, rel=1e-9)
 
 
-@given(st.lists(st.floats(0, 1), min_size=1, max_size=20))
-def test_holm_is_that_of_statsmodels(p_values: list[float]) -> None:
-    np.testing.assert_allclose(holm(p_values), multipletests(p_values, method="holm")[1], atol=1e-12)
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=20), st.floats(0.001, 0.999))
+def test_holm_rejects_what_its_steps_reject(p_values: list[float], level: float) -> None:
+    """Holm 1979: the smallest of n p-values is held against level / n, the next against level / (n - 1), and so on,
+    until one is above."""
+    rejected = np.zeros(len(p_values), dtype=bool)
+    for step, index in enumerate(np.argsort(p_values)):
+        threshold = level / (len(p_values) - step)
+        if math.isclose(p_values[index], threshold):
+            return  # rounding decides
+        if p_values[index] > threshold:
+            break
+        rejected[index] = True
+    np.testing.assert_array_equal(np.array(holm(p_values)) <= level, rejected)
+
+
+def test_holm_adjusts_as_in_an_example() -> None:
+    """R: p.adjust(c(0.01, 0.04, 0.03, 0.005), "holm")."""
+    np.testing.assert_allclose(holm([0.01, 0.04, 0.03, 0.005]), [0.03, 0.06, 0.06, 0.02])
 
 
 @pytest.mark.parametrize(
