@@ -19,9 +19,10 @@ FLAGS = [
 WAIT_MS = 60_000
 """How long whatever is waited for may take: a machine that is busy is slow, not wrong."""
 
+SELDOM_MS, LIVELY_MS = 1000, 200
 UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
   const next = window.requestAnimationFrame.bind(window);
-  window.requestAnimationFrame = (call) => setTimeout(() => next(call), 200);
+  window.requestAnimationFrame = (call) => setTimeout(() => next(call), INTERVAL_MS);
   if (!location.search.includes("software")) {
     const { getContext } = HTMLCanvasElement.prototype, { getParameter } = WebGL2RenderingContext.prototype;
     HTMLCanvasElement.prototype.getContext = function (kind, how) {
@@ -32,11 +33,22 @@ UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
     };
   }
 }"""
-"""Has the 3D view draw some five frames a second, without multisampling: drawing by software would take a core
-from all other tests. It takes the browser for one with a graphics card, so that pictures of one test have the same
+"""Has the 3D view draw a frame a second, or five where a test is marked `lively`, without multisampling: drawing by
+software would take a core from all other tests. It takes the browser for one with a graphics card, so that pictures of one test have the same
 resolution; where `?software` is asked for, it knows."""
 
 expect.set_options(timeout=WAIT_MS)
+
+_interval_ms = SELDOM_MS
+
+
+@contextmanager
+def drawing_every(interval_ms: int) -> Iterator[None]:
+    """The 3D views of pages that are opened in the block draw at this interval."""
+    global _interval_ms
+    before, _interval_ms = _interval_ms, interval_ms
+    yield
+    _interval_ms = before
 
 
 @contextmanager
@@ -58,7 +70,7 @@ def _make_patient(browser: Browser) -> None:
         def opened(**options: Any) -> Page | BrowserContext:
             made = new(**options)
             made.set_default_timeout(WAIT_MS)
-            made.add_init_script(UNHURRIED)
+            made.add_init_script(UNHURRIED.replace("INTERVAL_MS", str(_interval_ms)))
             return made
 
         return opened

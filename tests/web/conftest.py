@@ -11,13 +11,20 @@ from playwright.sync_api import Browser, Page
 from studio.api.jobs import Jobs
 from studio.engine.base.errors import StudioError
 from studio.web import ViewHandle, mount
-from tests.web.browser import quiet_page
+from tests.web.browser import LIVELY_MS, SELDOM_MS, drawing_every, quiet_page
 from tests.web.stages import FakeStage, FolderOfTakes, serving
 
 
 @pytest.fixture(scope="session", autouse=True)
 def works_quickly(ready_worker: None) -> None:
     """Work of the server finds a process that is ready."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def drawn_often(request: pytest.FixtureRequest) -> Iterator[None]:
+    """The 3D view draws more often for tests that look at its pictures, or use the pointer in it."""
+    with drawing_every(LIVELY_MS if request.node.get_closest_marker("lively") else SELDOM_MS):
+        yield
 
 
 @pytest.fixture

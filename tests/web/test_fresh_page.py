@@ -22,7 +22,7 @@ from tests.web.browser import until
 from tests.web.test_page import NAMES
 from tests.web.test_view import blocks
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.browser, pytest.mark.lively, pytest.mark.timeout(600)]
 
 # Whatever is seen in the colour of what is good, with its pseudo elements.
 GREEN = """() => {

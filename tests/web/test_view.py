@@ -18,6 +18,8 @@ from studio.web.scene.palette import CAMERA_COLOURS, camera_colours, confidence_
 from tests import patient
 from tests.web.stages import CAMERAS, FakeStage, step, until
 
+pytestmark = pytest.mark.lively
+
 
 def pixels(page: Page) -> np.ndarray:
     """The page as it looks, shape (height, width, 3)."""

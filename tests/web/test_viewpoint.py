@@ -15,7 +15,7 @@ from tests.live.performer import save_stage_calibration
 from tests.web.stages import serving
 from tests.web.test_page import NAMES, performing, studio
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(1800)]
+pytestmark = [pytest.mark.browser, pytest.mark.lively, pytest.mark.timeout(1800)]
 
 CAMERA = (
     """addEventListener("message", ({ data }) => { if (data.type === "camera") window.camera = data; });"""

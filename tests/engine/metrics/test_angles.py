@@ -23,7 +23,9 @@ def mirrored(matrix, side):
     return mirror @ matrix @ mirror
 
 
-def body(thorax=None, humerus=None, elbow=0.0, thigh=None, knee=0.0, ankle=0.0, side="right"):
+def body(
+    thorax=None, humerus=None, elbow=0.0, thigh=None, knee=0.0, ankle=0.0, side="right", at=(1.0, -2.0, 0.9)
+):
     """Canonical joints, shape (1, 21, 3), in the stage frame; rotations in ISB's axes, one side's limbs posed.
 
     `thorax` turns in the pelvis, `humerus` in the thorax, `thigh` in the pelvis, as of the right side.
@@ -50,7 +52,7 @@ def body(thorax=None, humerus=None, elbow=0.0, thigh=None, knee=0.0, ankle=0.0, 
         p[INDEX[f"{each}_knee"]] = p[INDEX[f"{each}_hip"]] + leg @ [0, -0.45, 0]
         p[INDEX[f"{each}_ankle"]] = p[INDEX[f"{each}_knee"]] + shank @ [0, -0.42, 0]
         p[INDEX[f"{each}_toe"]] = p[INDEX[f"{each}_ankle"]] + foot @ [0.15, 0, 0]
-    return (p @ STAGE_ISB.T + [1.0, -2.0, 0.9])[None]
+    return (p @ STAGE_ISB.T + at)[None]
 
 
 def angles_of(positions):
@@ -105,6 +107,8 @@ def test_what_a_straight_limb_does_not_show_is_left_out():
     assert found["right_elbow_flexion"] == pytest.approx(5.0, abs=1e-9)
     hanging = angles_of(body(humerus=turn("x", -5.0), elbow=40.0))
     assert np.isnan(hanging["right_shoulder_plane"])
+    straight = angles_of(body(knee=1e-170, at=(0.0, 0.0, 0.0)))  # the square of its sine is nothing
+    assert np.isnan(straight["right_hip_rotation"]) and straight["right_knee_flexion"] == pytest.approx(0.0)
 
 
 @settings(max_examples=20, deadline=None)

@@ -19,7 +19,7 @@ from tests.poses_factory import make_poses
 from tests.web.stages import serving, until
 from tests.web.test_page import SIZES, studio
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.lively]
 FRAMES = 121
 
 

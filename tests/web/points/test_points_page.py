@@ -22,7 +22,7 @@ from tests.web.points.depth_takes import CAMERAS, DAMAGED, GAP, calibration, ima
 from tests.web.stages import serving, until
 from tests.web.test_page import studio
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.lively]
 FIRST, SECOND = CAMERA_COLOURS[:2]
 SURE = tuple(confidence_colours(np.array([1.0]))[0].tolist())
 SEEN = 300

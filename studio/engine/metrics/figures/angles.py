@@ -63,8 +63,8 @@ def joint_angle_errors_deg(solve_m: Array, reference_m: Array) -> dict[str, Angl
 
 
 def _unit(vectors: Array) -> Array:
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(lengths > 0.0, lengths, np.nan)
 
 
 def _axes(up: Array, right: Array) -> Array:
