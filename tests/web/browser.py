@@ -34,8 +34,8 @@ UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
   }
 }"""
 """Has the 3D view draw a frame a second, or five where a test is marked `lively`, without multisampling: drawing by
-software would take a core from all other tests. It takes the browser for one with a graphics card, so that pictures of one test have the same
-resolution; where `?software` is asked for, it knows."""
+software would take a core from all other tests. It takes the browser for one with a graphics card, so that pictures
+of one test have the same resolution; where `?software` is asked for, it knows."""
 
 expect.set_options(timeout=WAIT_MS)
 
