@@ -9,7 +9,11 @@ import studio.web
 WEB = Path(studio.web.__file__).parent
 BASE = WEB / "static" / "base"
 PARTS = sorted((BASE / "strings").rglob("*.js"))
-CODE = [path for path in (WEB / "static").glob("*/*.js") if path.name != "strings.js"]
+CODE = [
+    path
+    for path in (WEB / "static").rglob("*.js")
+    if BASE / "strings" not in path.parents and path.name != "strings.js"
+]
 TEMPLATES = sorted((WEB / "templates").glob("*.html"))
 
 
