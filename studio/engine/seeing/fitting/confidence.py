@@ -9,6 +9,9 @@ wide clothes before one camera, who begin in profile (the motion 14_08, which `b
 The threshold comes from `fit_confidence` among the tests, whose runs were not among them; it fits slopes as
 well, and says why those are not in use.
 The trunk's joints have the covariance and the model's own error.
+
+What is not read on either side of a joint, another pose that was found for the same images, and a limb whose other
+joints are not known bound the error from below, whatever the regression says.
 """
 
 from typing import NamedTuple
@@ -34,10 +37,10 @@ _MOST_M = 0.4
 _CAP_M, _ABOUT_M = 0.15, 0.20
 _HIDDEN_M = (-0.4, 0.6)
 
-_ON_BONE_M, _FEW = 0.06, 4
-"""A bone that has fewer points within this distance [m] is not read."""
-_UNREAD_M, _END_UNREAD_M = 0.12, 0.10
-"""Least expected error of a joint between unread bones, and of one at the end of the last read bone [m]."""
+_UNREAD_M, _HALF_UNREAD_M = 0.12, 0.10
+"""Least expected error of a joint that is not read on either side, and of one not read on one side [m]."""
+_CHAIN_SHARE = 0.6
+"""Least expected error of a wrist or ankle relative to those of its limb's other joints."""
 
 KINDS: tuple[str, ...] = ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
 EVIDENCE: tuple[str, ...] = (
@@ -78,8 +81,8 @@ class BodyEvidence(NamedTuple):
             [m], both of shape (point_count,).
         behind_m: depth of each canonical joint behind the seen surface, shape (21,).
         costs_m2, lately_m2: present and recent residual of each part, shape (5,).
-        hidden, ends: whether no camera shows the place of each body of the chain, and its far end, shape
-            (body_count,) each; see `unread`.
+        unread: whether each body of the chain is not read next to its joint, and at its far end, shape
+            (body_count, 2); see `search.unread`.
     """
 
     places: Array
@@ -88,8 +91,7 @@ class BodyEvidence(NamedTuple):
     behind_m: Array
     costs_m2: Array
     lately_m2: Array
-    hidden: NDArray[np.bool_]
-    ends: NDArray[np.bool_]
+    unread: NDArray[np.bool_]
 
 
 def variances(
@@ -127,27 +129,46 @@ def evidence(chain: Chain, joints: Array, variance: Array, seen: BodyEvidence) -
 
 
 def expected_errors(chain: Chain, joints: Array, variance: Array, seen: BodyEvidence) -> Array:
-    """Return the expected error of each canonical joint [m], shape (21,)."""
+    """Return the expected error of each canonical joint [m], shape (21,), for its own evidence; see `bounded`."""
     errors = np.sqrt(MODEL_ERROR_M**2 + variance)
     log_odds = (_WEIGHTS[_KIND] * evidence(chain, joints, variance, seen)).sum(axis=1)
     limbs = _UNSURE_M * np.exp(_ERROR_PER_LOG_ODDS * np.minimum(log_odds, 20.0))
-    errors[LIMB_JOINTS] = np.clip(np.maximum(limbs, _hidden_errors(chain, seen)), MODEL_ERROR_M, _MOST_M)
+    errors[LIMB_JOINTS] = np.clip(
+        np.maximum(limbs, _unread_errors(chain, seen.unread)), MODEL_ERROR_M, _MOST_M
+    )
+    return errors
+
+
+def _unread_errors(chain: Chain, unread: NDArray[np.bool_]) -> Array:
+    """Return the least errors of the joints of `LIMB_JOINTS` for want of readings [m], shape (12,).
+
+    A joint lies between two bones and needs readings next to it on both. The trunk says little of shoulders and hips,
+    which need readings along their own bone; hands and feet say little of wrists and ankles.
+    """
+    body = CANONICAL_BODIES[LIMB_JOINTS]
+    near, far = unread[body].T
+    before = unread[chain.parents[body], 1]
+    one = np.choose(_KIND % 3, [near | far, near | before, before])
+    both = np.choose(_KIND % 3, [near & far, near & before, before])
+    return np.where(both, _UNREAD_M, np.where(one, _HALF_UNREAD_M, 0.0))
+
+
+def bounded(errors_m: Array, jumped_m: Array) -> Array:
+    """Return expected errors of canonical joints, no smaller than what contradicts them [m], shape (21,).
+
+    Args:
+        errors_m: for each joint's own evidence.
+        jumped_m: how far the joints have lately jumped, shape (21,); see `search.jumps`.
+    """
+    errors = np.minimum(np.maximum(errors_m, jumped_m), _MOST_M)
+    limbs = errors[LIMB_JOINTS].reshape(4, 3)
+    limbs[:, 2] = np.maximum(limbs[:, 2], _CHAIN_SHARE * limbs[:, :2].max(axis=1))
+    errors[LIMB_JOINTS] = limbs.ravel()
     for index, name in enumerate(CANONICAL):
         side, _, joint = name.partition("_")
         if joint in _BEYOND:
             errors[index] = _BEYOND_SHARE * errors[INDEX[f"{side}_{_BEYOND[joint]}"]]
     return errors
-
-
-def _hidden_errors(chain: Chain, seen: BodyEvidence) -> Array:
-    """Return the least error of the joints of `LIMB_JOINTS` for want of a view of their bones [m], shape (12,)."""
-    near = seen.bodies[seen.distance < _ON_BONE_M]
-    unread = seen.hidden & (np.bincount(near, minlength=len(BODY_JOINTS)) < _FEW)
-    body = CANONICAL_BODIES[LIMB_JOINTS]
-    parent = chain.parents[body]
-    own, before = unread[body], unread[parent]
-    between = np.where(_KIND % 3 == 2, before | (own & seen.ends[parent]), own & before)
-    return np.where(between, _UNREAD_M, np.where(own & (_KIND % 3 < 2), _END_UNREAD_M, 0.0))
 
 
 def confidence_of(errors_m: Array) -> Array:

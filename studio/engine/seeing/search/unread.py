@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from studio.engine.model.human.humanoid import BODY_JOINTS
 from studio.engine.seeing.fitting.chain import Pose
 from studio.engine.seeing.fitting.cones import PARTS, part_of
-from studio.engine.seeing.fitting.fit import BodyShape, Fitter, MeasuredPoints, sample_places
+from studio.engine.seeing.fitting.fit import BodyShape, Fit, Fitter, MeasuredPoints, sample_places
 from studio.engine.seeing.images.silhouette import (
     COVERED,
     OUTSIDE,
@@ -32,6 +32,8 @@ _MARGIN = 60
 """Cells around the performer in which the nearest unread cell is known."""
 _READ_M = 0.10
 """A place on a limb is read if a point lies within this distance [m]."""
+_ON_BONE_M, _FEW = 0.06, 4
+"""A place that has fewer points within this distance of the surface [m] is not read."""
 _HIDDEN_SHARE = 0.6
 """A bone is hidden if no camera shows more than the rest of it."""
 _LEGS = [PARTS.index(f"{side}_leg") for side in ("left", "right")]
@@ -92,12 +94,13 @@ class Shown(NamedTuple):
     """What cameras show of a body.
 
     Attributes:
-        hidden: which bodies of the chain no camera shows, ends: whose far ends none shows, shape (body_count,) each.
+        hidden: which bodies of the chain no camera shows, shape (body_count,).
+        samples: which of the figure's samples no camera shows, shape (sample_count,).
         why: by camera, why it shows neither leg below the knee; see `why_unread`.
     """
 
     hidden: NDArray[np.bool_]
-    ends: NDArray[np.bool_]
+    samples: NDArray[np.bool_]
     why: tuple[str, ...]
 
 
@@ -106,7 +109,38 @@ def shown_of(fitter: Fitter, figure: BodyShape, pose: Pose, silhouettes: tuple[S
     places = _places(fitter, figure, pose, figure.samples)
     codes = np.stack([_codes(figure, seen, places) for seen in silhouettes])
     why = tuple(why_unread(figure, places, seen, row) for seen, row in zip(silhouettes, codes, strict=True))
-    return Shown(*_hidden_bones(figure, (codes != SEEN).all(axis=0)), why)
+    samples = (codes != SEEN).all(axis=0)
+    return Shown(_hidden_bones(figure, samples), samples, why)
+
+
+def unread_ends(
+    fitter: Fitter, figure: BodyShape, fit: Fit, points: MeasuredPoints, shown: Shown
+) -> NDArray[np.bool_]:
+    """Return whether each body of the chain is not read next to its joint, and at its far end, shape (body_count, 2).
+
+    A place is read if a camera shows it, or some points lie on the surface about it.
+    """
+    near = fit.distance.min(axis=1) < _ON_BONE_M
+    *_, origins, frames = fitter.place(figure, fit.pose)
+    cone = fit.cone[near]
+    along = np.einsum("pi,pi->p", points.places[near] - origins[cone], frames[cone, :, 2])
+    column = np.clip(3.0 * along / figure.surface.length[cone], 0, 2).astype(np.int64)
+    count = np.bincount(_sample_of(figure)[cone, column], minlength=len(figure.samples))
+    unread = shown.samples & (count < _FEW)
+    body = figure.surface.body[figure.samples[:, 0].astype(np.int64)]
+    out = np.zeros((len(BODY_JOINTS), 2), bool)
+    out[body[::-1], 0] = unread[::-1]  # the last one that is written counts
+    out[body, 1] = unread
+    return out
+
+
+def _sample_of(figure: BodyShape) -> NDArray[np.int64]:
+    """Return the sample about each third of a figure's cones, shape (cone_count, 3)."""
+    cone, number = figure.samples[:, 0].astype(np.int64), np.arange(len(figure.samples))
+    out = np.zeros((len(figure.surface.body), 3), np.int64)
+    out[cone] = number[:, None]  # of a short one, all
+    out[cone, np.minimum(3.0 * figure.samples[:, 1], 2.0).astype(np.int64)] = number
+    return out
 
 
 def _codes(figure: BodyShape, seen: Silhouette, places: Array) -> NDArray[np.int64]:
@@ -117,16 +151,12 @@ def _codes(figure: BodyShape, seen: Silhouette, places: Array) -> NDArray[np.int
     return np.where(seen.unread[cone, columns] & (codes == SEEN), UNREAD, codes)
 
 
-def _hidden_bones(
-    figure: BodyShape, hidden: NDArray[np.bool_]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which bodies, and which bodies' far ends, are hidden; `hidden`: by sample."""
+def _hidden_bones(figure: BodyShape, hidden: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which bodies are hidden; `hidden`: by sample."""
     body = figure.surface.body[figure.samples[:, 0].astype(np.int64)]
     count = np.bincount(body, minlength=len(BODY_JOINTS))
     share = np.bincount(body, weights=hidden, minlength=len(BODY_JOINTS)) / np.maximum(count, 1)
-    ends = np.zeros(len(BODY_JOINTS), bool)
-    ends[body] = hidden  # the last sample of each counts
-    return (count > 0) & (share >= _HIDDEN_SHARE), ends
+    return (count > 0) & (share >= _HIDDEN_SHARE)
 
 
 def _places(fitter: Fitter, figure: BodyShape, pose: Pose, samples: Array) -> Array:

@@ -11,7 +11,13 @@ from studio.engine.base.geometry import unit
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.seeing.fitting.chain import Pose, chain_of
 from studio.engine.seeing.fitting.cones import CANONICAL_BODIES, USUAL_HEIGHT_M, humanoid_of
-from studio.engine.seeing.fitting.confidence import LIMB_JOINTS, confidence_of, expected_errors, variances
+from studio.engine.seeing.fitting.confidence import (
+    LIMB_JOINTS,
+    bounded,
+    confidence_of,
+    expected_errors,
+    variances,
+)
 from studio.engine.seeing.fitting.confidence import BodyEvidence as SeenOnBody
 from studio.engine.seeing.fitting.fit import BodyShape, Fit, Fitter, MeasuredPoints, Prior
 from studio.engine.seeing.fitting.prediction import PosePredictor
@@ -21,6 +27,7 @@ from studio.engine.seeing.images.silhouette import Silhouette, behind_seen
 from studio.engine.seeing.search.arms import ARMS, both_found
 from studio.engine.seeing.search.doubt import Doubt
 from studio.engine.seeing.search.facing import FacingWatch, both_sides, forwards, joints_of
+from studio.engine.seeing.search.jumps import Jumps
 from studio.engine.seeing.search.limb_watch import LimbWatch
 from studio.engine.seeing.search.limbs import LimbSearch, resting
 from studio.engine.seeing.search.start import (
@@ -33,7 +40,7 @@ from studio.engine.seeing.search.start import (
     marked_standing,
     shape_of_height,
 )
-from studio.engine.seeing.search.unread import LegsUnread, marked, shown_of
+from studio.engine.seeing.search.unread import LegsUnread, marked, shown_of, unread_ends
 from studio.engine.seeing.tracker.heads import Heads
 from studio.engine.seeing.tracker.tracked import FittedBody, OnBody, TrackedSkeleton
 from studio.engine.seeing.tracker.view import CameraView
@@ -93,6 +100,7 @@ class FollowedBody:
         self.doubled = 0
         self._watch = LimbWatch()
         self._facing = FacingWatch()
+        self._jumps = Jumps(JOINT_COUNT)
         self._heads = Heads(dict(views), {})
         self._shape: ShapeEstimate | None = None
         self._fit: Fit | None = None
@@ -165,6 +173,8 @@ class FollowedBody:
         self._take(found.start, time_ns)
 
     def _take(self, start: Start, time_ns: int) -> None:
+        if self.motion.pose is not None:
+            self._jumped(self.motion.pose, start.fit.pose, start.figure)
         if start.figure is not self.figure:
             self._shape, self.learnt = ShapeEstimate(start.figure.shape), 0
         self.figure, self._fit = start.figure, start.fit
@@ -174,6 +184,11 @@ class FollowedBody:
         self._doubt = Doubt()
         self._sure = 1.0
         self._fitted_ns = time_ns
+
+    def _jumped(self, before: Pose, after: Pose, figure: BodyShape | None = None) -> None:
+        """Tell of another pose for the same images, perhaps of another figure."""
+        now = figure or self.figure
+        self._jumps.told(*(joints_of(self.fitter, *one)[0] for one in ((self.figure, before), (now, after))))
 
     # --- following
 
@@ -215,6 +230,7 @@ class FollowedBody:
             prior: of that instant. seen_by: silhouettes by camera.
         """
         seconds, self._heads = self.since_s(time_ns), heads
+        self._jumps.fade()
         if len(points.places) < LEAST_POINTS:
             self._fit = None
             if seconds > _LOST_S:
@@ -242,6 +258,7 @@ class FollowedBody:
         costs_m2, turned = both_sides(self.fitter, self._search, self.figure, prior, points, silhouettes)
         if not self._facing.told(*costs_m2, self._ahead(self.figure, prior.pose)):
             return prior
+        self._jumped(prior.pose, turned)
         self.motion.restart(turned)
         self._watch = LimbWatch()
         self._doubt.turned()
@@ -350,9 +367,9 @@ class FollowedBody:
         self._shown = shown_of(self.fitter, self.figure, pose, self._silhouettes)
         self._legs.told(time_ns, dict(zip(self._seen_by, self._shown.why, strict=True)))
         errors_m = self._errors(self._fit, self._points, joints, places, axes)
-        confidence = confidence_of(errors_m)
         seen = ~self._shown.hidden[CANONICAL_BODIES[LIMB_JOINTS]]
-        self._sure = float(confidence[LIMB_JOINTS][seen].mean()) if seen.any() else 1.0
+        self._sure = float(confidence_of(errors_m[LIMB_JOINTS][seen]).mean()) if seen.any() else 1.0
+        confidence = confidence_of(bounded(errors_m, self._jumps.lately_m))
         return TrackedSkeleton(time_ns, joints, confidence, "tracked", self._legs.why, self.number)
 
     def _errors(self, fit: Fit, points: MeasuredPoints, joints: Array, places: Array, axes: Array) -> Array:
@@ -373,6 +390,5 @@ class FollowedBody:
             behind_seen(self._silhouettes, joints),
             self._watch.costs_m2,
             self._watch.lately_m2,
-            self._shown.hidden,
-            self._shown.ends,
+            unread_ends(self.fitter, self.figure, fit, points, self._shown),
         )

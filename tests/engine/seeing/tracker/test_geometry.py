@@ -6,6 +6,7 @@ import pytest
 
 from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.human.humanoid import BODY_JOINTS
+from studio.engine.model.joints import CANONICAL, INDEX
 from studio.engine.seeing.fitting.chain import Pose, chain_of, place_bodies, rotation_of, rows_of, vector_of
 from studio.engine.seeing.fitting.cones import (
     CANONICAL_BODIES,
@@ -16,9 +17,9 @@ from studio.engine.seeing.fitting.cones import (
     performer_of,
     surface_of,
 )
-from studio.engine.seeing.fitting.confidence import LIMB_JOINTS, confidence_of, expected_errors
+from studio.engine.seeing.fitting.confidence import LIMB_JOINTS, bounded, confidence_of, expected_errors
 from studio.engine.seeing.fitting.confidence import BodyEvidence as SeenOnBody
-from studio.engine.seeing.fitting.fit import BodyShape, Fitter
+from studio.engine.seeing.fitting.fit import BodyShape, Fit, Fitter, MeasuredPoints, sample_places
 from studio.engine.seeing.fitting.placing import place_cones
 from studio.engine.seeing.fitting.surface import match_points
 from studio.engine.seeing.images.floor import find_floor, stand_on
@@ -30,6 +31,7 @@ from studio.engine.seeing.images.silhouette import (
     nearest_cells,
     unread_cells,
 )
+from studio.engine.seeing.search.unread import Shown, unread_ends
 
 USUAL = np.zeros(len(SHAPE))
 _READ = np.zeros((CONE_COUNT, 3), dtype=bool)
@@ -246,8 +248,7 @@ def test_a_joint_that_nothing_supports_may_be_further_off():
         np.full(21, 0.07),
         np.zeros(5),
         np.zeros(5),
-        np.zeros(len(places), dtype=bool),
-        np.zeros(len(places), dtype=bool),
+        np.zeros((len(places), 2), dtype=bool),
     )
     variance = np.full(21, 1e-4)
     errors = expected_errors(fitter.chain, joints, variance, well)
@@ -257,13 +258,41 @@ def test_a_joint_that_nothing_supports_may_be_further_off():
     for other in (hidden, lost):
         worse = expected_errors(fitter.chain, joints, variance, other)[LIMB_JOINTS]
         assert (worse >= errors[LIMB_JOINTS]).all() and worse.mean() > 1.3 * errors[LIMB_JOINTS].mean()
-    away = well._replace(distance=np.full(len(bodies), 0.2))
-    for one in (well, away):
-        unread = one._replace(hidden=np.ones(len(places), dtype=bool))
-        doubted = confidence_of(expected_errors(fitter.chain, joints, variance, unread)[LIMB_JOINTS]) < 0.75
-        assert doubted.all() == (one is away), (
-            "a bone with points on it is read, whatever the picture shows there"
+    for joints_of_body, ends in ((("hip", "knee"), (0, 1)), (("hip",), (1, 0)), (("hip", "knee"), (1, 1))):
+        unread = well.unread.copy()
+        unread[BODY_JOINTS.index("LeftUpLeg")] = ends
+        doubted = (
+            confidence_of(expected_errors(fitter.chain, joints, variance, well._replace(unread=unread)))
+            < 0.75
         )
+        assert [CANONICAL[k] for k in np.flatnonzero(doubted)] == [f"left_{name}" for name in joints_of_body]
+
+
+def test_who_was_begun_anew_and_a_hand_whose_arm_is_not_known_are_doubted():
+    jumped = np.zeros(21)
+    jumped[INDEX["left_elbow"]] = 0.2
+    errors = bounded(np.full(21, 0.03), jumped)
+    doubted = np.flatnonzero(confidence_of(errors) < 0.75)
+    assert [CANONICAL[k] for k in doubted] == ["left_elbow", "left_wrist", "left_hand"]
+
+
+def test_a_place_that_no_camera_shows_is_read_where_points_lie_on_it():
+    fitter = Fitter(*chain_of(humanoid_of(USUAL)))
+    figure = BodyShape.of(USUAL)
+    pose = Pose(figure.offsets[0], np.eye(3), fitter.limits.rest)
+    *_, origins, frames = fitter.place(figure, pose)
+    body, thigh = figure.surface.body[figure.samples[:, 0].astype(np.int64)], BODY_JOINTS.index("LeftUpLeg")
+    upper = sample_places(figure, origins, frames, figure.samples)[body == thigh][0]
+    before = upper - [0.0, figure.surface.start_radius[14], 0.0]
+    places = before + np.random.default_rng(5).normal(scale=0.01, size=(9, 3))
+    points = MeasuredPoints(
+        places, np.tile([0.0, -1.0, 0.0], (9, 1)), np.zeros((9, 3)), np.zeros(9, np.int64)
+    )
+    cone, _, _, offset, distance = fitter.match(figure, pose, points)
+    fit = Fit(pose, distance, cone, offset, np.eye(len(fitter.limits.names) + 6))
+    shown = Shown(np.zeros(len(BODY_JOINTS), bool), body == thigh, ())
+    unread = unread_ends(fitter, figure, fit, points, shown)
+    assert unread[thigh].tolist() == [False, True] and unread.sum() == 1
 
 
 def test_how_far_points_lie_behind_what_is_seen():

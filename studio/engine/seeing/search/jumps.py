@@ -1,0 +1,31 @@
+"""Jumps: joints of a body that was begun anew are not to be relied on for a while."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_KEPT = 0.93
+"""Share of a jump that is kept per frame."""
+
+
+class Jumps:
+    """How far each joint has lately jumped.
+
+    A body that is turned round or begun anew has two poses for the same images. Its joints may be as far off as these
+    are apart, until some frames have not contradicted the later one.
+
+    Attributes:
+        lately_m: jumps [m] that fade within about half a second, shape (joint_count,).
+    """
+
+    def __init__(self, joint_count: int) -> None:
+        self.lately_m: Array = np.zeros(joint_count)
+
+    def fade(self) -> None:
+        """Add a frame."""
+        self.lately_m *= _KEPT
+
+    def told(self, before: Array, after: Array) -> None:
+        """Add another pose: joints before and after [m], shape (joint_count, 3) each."""
+        self.lately_m = np.maximum(self.lately_m, np.linalg.norm(after - before, axis=1))
