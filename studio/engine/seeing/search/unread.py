@@ -67,8 +67,7 @@ def marked(
     hanging = pose.with_angles(np.where(_of_legs(fitter), fitter.limits.rest, pose.angles))
     expected, usual = (_places(fitter, figure, there, samples) for there in (pose, hanging))
     away = np.linalg.norm(points.places[:, None] - expected, axis=2).min(axis=0, initial=np.inf)
-    columns = [unread_column(share) for share in samples[:, 1]]
-    limbs = figure.surface.part[cone]
+    limbs, thirds = figure.surface.part[cone], _sample_of(figure)
     out = []
     for seen in silhouettes:
         blind = (shown(seen, expected) == UNREAD) | (shown(seen, usual) == UNREAD)
@@ -80,13 +79,13 @@ def marked(
                 beyond = blind[k]
             if blind[own].mean() > _UNREAD_SHARE:  # a foot that is expected beside its hole in the floor, too
                 blind[own[int(blind[own].argmax()) :]] = True
-        unread = np.zeros_like(seen.unread)
-        unread[cone, columns] = blind
+        unread = np.zeros(len(limb), bool)
+        unread[limb] = blind
         nearest = seen.nearest
         if blind.any():
             nearest = np.empty_like(nearest)
             nearest_cells(unread_cells(seen.depth, seen.nearest), _MARGIN, nearest)
-        out.append(seen._replace(unread=unread, nearest_unread=nearest))
+        out.append(seen._replace(unread=unread[thirds], nearest_unread=nearest))
     return tuple(out)
 
 

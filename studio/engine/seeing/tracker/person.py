@@ -15,6 +15,10 @@ Array = NDArray[np.float64]
 
 _HEIGHT_M = (0.7, 2.75)
 """Height of the highest point, which may be a tall person's raised hand [m]."""
+_TALL_M, _TRUNK_M = 0.5, 0.3
+"""Least height of what is seen of a person, and of one whose legs are not read [m]."""
+_FLOATS_M, _HOLE_SHARE = 0.2, 0.3
+"""Legs are not read if so much of what lies below a cluster, which begins so far above the floor [m], is not."""
 _WIDEST_M = 2.4
 _LEAST_AREA_M2, _MOST_AREA_M2 = 0.08, 1.8
 _BESIDE_M = 0.45
@@ -31,11 +35,26 @@ def may_be_person(seen: ImageClusters) -> NDArray[np.bool_]:
     """Return which clusters have a standing person's size, shape (cluster_count,)."""
     k = seen.clusters
     size = k.high - k.low
-    return (
+    sized = (
         (k.high[:, 2] > _HEIGHT_M[0]) & (k.high[:, 2] < _HEIGHT_M[1])
-        & (np.hypot(size[:, 0], size[:, 1]) < _WIDEST_M) & (size[:, 2] > 0.5)
+        & (np.hypot(size[:, 0], size[:, 1]) < _WIDEST_M) & (size[:, 2] > _TRUNK_M)
         & (k.area > _LEAST_AREA_M2) & (k.area < _MOST_AREA_M2)
     )  # fmt: skip
+    for low in np.flatnonzero(sized & (size[:, 2] <= _TALL_M)):
+        sized[low] = k.low[low, 2] > _FLOATS_M and _over_a_hole(seen, int(low))
+    return sized
+
+
+def _over_a_hole(seen: ImageClusters, cluster: int) -> bool:
+    """Whether nothing is read below a cluster, halfway to the floor."""
+    k = seen.clusters
+    rows, columns = np.nonzero(k.labels == cluster)
+    tall = int(np.ptp(rows)) + 1
+    low, end = k.low[cluster, 2], int(rows.max()) + 1
+    reach = int(0.5 * tall * low / (k.high[cluster, 2] - low))
+    foot = columns[rows > end - 1 - tall / 4]
+    below = seen.depth[end : end + reach, foot.min() : foot.max() + 1]
+    return below.size > 0 and bool((below <= 0.0).mean() > _HOLE_SHARE)
 
 
 def candidates(views: dict[str, ImageClusters], centre: Array | None) -> list[Array]:

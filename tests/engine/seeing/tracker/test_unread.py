@@ -17,6 +17,12 @@ def test_legs_that_are_not_read_hang_and_are_doubted(way, why):
     assert set(done.legs_unread[-1].values()) == {why}
 
 
+def test_a_child_in_dark_trousers_is_found_by_what_is_left_of_it():
+    done = run("trousers", 9, "T-pose", seconds=0.4)
+    shoulders_and_elbows = done.error_m[4:, [0, 1, 6, 7]]
+    assert np.median(shoulders_and_elbows) < 0.05 and not done.believed.any()
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("way", WAYS)
 def test_no_joint_is_off_and_believed(way):
