@@ -19,8 +19,12 @@ from studio.rigid_bodies.settings import RigidSettings, load_rigid_settings, sav
 from studio.rigid_bodies.sources import NatNetSource, OscSource, RigidListener, RigidSourceStatus
 
 _FRESH_NS, _SEEN_NS = 500_000_000, 150_000_000
-_KEPT = 64
+_KEPT_NS = 2_000_000_000
+_AROUND = 4
 _log = logging.getLogger(__name__)
+
+_Reading = tuple[int, BodyAxes, BodyReading]
+"""When it came on the server's clock [ns], in which axes, and what."""
 
 
 class RigidBodyStatus(Struct, frozen=True):
@@ -56,7 +60,7 @@ class IncomingBodies:
         self._sessions, self._clock_ns = sessions, clock_ns
         self._lock = threading.Lock()
         self._changing = threading.Lock()
-        self._recent: dict[str, deque[tuple[int, BodyAxes, BodyReading]]] = {}
+        self._recent: dict[str, deque[_Reading]] = {}
         self._listeners: dict[str, RigidListener] = {}
         self.settings, self._problem = RigidSettings(), ""
         self.on_readings: Callable[[int, BodyAxes, Sequence[BodyReading]], object] = lambda *readings: None
@@ -107,23 +111,26 @@ class IncomingBodies:
             kept = [one for one in readings if one.name in self._recent or len(self._recent) < MOST_BODIES]
             for one in kept:
                 if one.tracked:
-                    self._recent.setdefault(one.name, deque(maxlen=_KEPT)).append((now_ns, axes, one))
+                    mine = self._recent.setdefault(one.name, deque())
+                    mine.append((now_ns, axes, one))
+                    while mine[0][0] < now_ns - _KEPT_NS:
+                        mine.popleft()
         if kept:
             self.on_readings(now_ns, axes, kept)
 
     def at(self, time_ns: int, fresh_ns: int = _FRESH_NS) -> tuple[PlacedBody, ...]:
-        """Return the bodies at a time on the server's clock [ns], about now, in the stage frame; those seen then, or
-        not longer ago than `fresh_ns`."""
+        """Return the bodies at a time on the server's clock [ns], up to 2 s ago, in the stage frame; those seen then,
+        or not longer before or after than `fresh_ns`."""
         with self._lock:
-            recent = {name: list(mine) for name, mine in self._recent.items()}
+            recent = {name: _around(mine, time_ns) for name, mine in self._recent.items()}
         settings = self.settings
         known = {one.name: one for one in settings.bodies}
         found = []
         for name, mine in recent.items():
-            if abs(time_ns - mine[-1][0]) > fresh_ns:
+            if min(abs(time_ns - at_ns) for at_ns, _, _ in mine) > fresh_ns:
                 continue
             near: list[tuple[float, BodyAxes, BodyReading]] = [
-                ((at_ns - time_ns) * 1e-9, axes, one) for at_ns, axes, one in mine[-8:]
+                ((at_ns - time_ns) * 1e-9, axes, one) for at_ns, axes, one in mine
             ]
             track = tracks_of(near).placed(settings.place).tracks[name]
             positions, rotations = track.filled_at(np.zeros(1))
@@ -163,3 +170,17 @@ class IncomingBodies:
             bodies.append(RigidBodyStatus(name, known.get(name, ""), here is not None, place))
         told = {name: one.status() for name, one in self._listeners.items()}
         return RigidStatus(**told, bodies=bodies, problem=self._problem)
+
+
+def _around(readings: deque[_Reading], time_ns: int) -> list[_Reading]:
+    """Return the readings next to a time, in order; the engine may be late, and others have come since."""
+    after: deque[_Reading] = deque(maxlen=_AROUND)
+    before: list[_Reading] = []
+    for one in reversed(readings):
+        if one[0] > time_ns:
+            after.appendleft(one)
+        elif len(before) < _AROUND:
+            before.append(one)
+        else:
+            break
+    return [*reversed(before), *after]
