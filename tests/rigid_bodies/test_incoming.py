@@ -23,7 +23,7 @@ def late(tmp_path):
         port = free.getsockname()[1]
     clock, heard = itertools.count(STEP_NS, STEP_NS), []
     bodies = IncomingBodies(tmp_path, lambda: next(clock))
-    bodies.on_readings = lambda time_ns, axes, readings: heard.append(time_ns)
+    bodies.on_heard = lambda time_ns, axes, told: heard.append(time_ns)
     known = KnownBody("tracker 1", use="evidence", joint="head")
     ties = {"tracker 1": Tie((0.0, 0.0, 0.1), 1.0)}
     bodies.change(RigidSettings(osc=True, osc_port=port, bodies=(known,), ties=ties))

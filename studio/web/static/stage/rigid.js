@@ -71,12 +71,19 @@ function body({ name, seen }) {
     tie(name, known));
 }
 
+/** What comes of a system: markers come by NatNet alone. */
+function come(name, { packets }) {
+  const { bodies, markers, loose_markers: loose } = panel.status;
+  if (name !== "natnet" || !markers && !loose) return t(packets ? "rigid.comes" : "set.nothing");
+  return [bodies.some(({ seen }) => seen) && t("rigid.comes"), markers && t("rigid.markers", { n: markers }), loose && t("rigid.loose", { n: loose })].filter(Boolean).join(", ");
+}
+
 function system(name) {
   const { settings, status } = panel;
   const one = status[name];
   const fields = SYSTEMS[name].map((key) => h("label", { class: "field" }, h("span", {}, t(`rigid.${key}`)),
     h("input", { id: `rigid-${key}`, type: "text", spellcheck: false, value: String(settings[key]), onchange: (event) => change({ [key]: valueOf(key, event.currentTarget.value) }) })));
-  const words = one.problem ? said(one.problem) : [one.server, t(one.packets ? "rigid.comes" : "set.nothing"), one.refused && t("rigid.refused", { n: one.refused })].filter(Boolean).join(", ");
+  const words = one.problem ? said(one.problem) : [one.server, come(name, one), one.refused && t("rigid.refused", { n: one.refused })].filter(Boolean).join(", ");
   return h("li", { class: "trigger" },
     h("label", { class: "check" },
       h("input", { id: `rigid-${name}`, type: "checkbox", checked: settings[name], onchange: (event) => change({ [name]: event.currentTarget.checked }) }),
@@ -91,7 +98,7 @@ function draw() {
   if (!settings || !status || byId("rigid").contains(focused) && focused.matches("input[type=text], select")) return;
   // what changes by itself draws nothing anew
   const systems = Object.keys(SYSTEMS).map((name) => ({ ...status[name], packets: status[name].packets > 0 }));
-  const shown = [systems, status.problem, status.bodies.map(({ name, seen }) => [name, seen])];
+  const shown = [systems, status.problem, status.markers, status.loose_markers, status.bodies.map(({ name, seen }) => [name, seen])];
   redraw(byId("rigid"), [settings, shown, measured], () => [
     h("h3", {}, t("rigid.title")),
     status.problem && h("p", { class: "bad" }, said(status.problem)),
