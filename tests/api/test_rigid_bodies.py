@@ -184,10 +184,10 @@ def test_bodies_are_shown_recorded_measured_and_exported(studio, cameras, motive
     again, _ = record(studio, cameras, *[nothing] * 2)
     events = [one.event for one in read_raw(again.raw_path) if isinstance(one, RawEvent)]
     ticks = [one for one in events if isinstance(one, TickEvent)]
-    seen = np.array([seen_before(again, name, ticks, known.later_s) for name in ("Wand", "Cap")]).all(axis=0)
-    assert seen.sum() > 20, "bodies came for ticks"
+    both = np.array([seen_before(again, name, ticks, known.later_s) for name in ("Wand", "Cap")]).all(axis=0)
+    assert both.sum() > 20, "bodies came for ticks"
     told = np.array([set(one.pinned.get("performer_1", {})) == {"right_hand", "head"} for one in ticks])
-    assert told[seen].all(), f"{told[seen].sum()} of {seen.sum()} ticks at which both were seen are pinned"
+    assert told[both].all(), f"{told[both].sum()} of {both.sum()} ticks at which both were seen are pinned"
     apart["pinned"] = distances_mm(again, "live")["Wand"]
     assert np.median(apart["pinned"]) < np.median(apart["live"])
     solve_take(again, preset("studio"), name="again", as_live=True)

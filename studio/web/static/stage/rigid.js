@@ -9,6 +9,7 @@ const SYSTEMS = { natnet: ["natnet_server", "natnet_port"], osc: ["host", "osc_p
 const NUMBERS = ["natnet_port", "osc_port"];
 const USES = ["", "prop", "evidence", "reference"];
 const JOINTS = ["", "head", "left_hand", "right_hand", "left_wrist", "right_wrist", "left_elbow", "right_elbow", "chest", "hips", "left_knee", "right_knee", "left_ankle", "right_ankle"];
+const HANDS = ["left_hand", "right_hand"];
 const panel = { settings: null, status: null, measured: [] };
 
 const change = (changes) => attempt(async () => {
@@ -41,8 +42,12 @@ function choice(name, key, values, value, words) {
     values.map((one) => h("option", { value: one, selected: one === value }, words(one))));
 }
 
-/** How a body that is evidence sits on its joint: whether it pins the live solve. */
+/** What becomes of a prop, or of a body that is evidence: whether it pins the live solve. */
 function tie(name, known) {
+  if (known?.use === "prop") {
+    const hand = HANDS.includes(known.joint);
+    return h("p", { class: "count" }, hand ? t("rigid.held_by", { joint: known.joint.replace("_", " ") }) : t("rigid.held"));
+  }
   if (known?.use !== "evidence") return null;
   const measured = panel.settings.ties[name];
   return h("p", { class: "count" }, measured ? t("rigid.pins", { joint: known.joint.replace("_", " "), mm: number(measured.residual_mm, 0) }) : t("rigid.pins_not"));

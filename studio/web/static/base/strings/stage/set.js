@@ -55,6 +55,8 @@ export default {
   "rigid.like.hint": ["Place, uses and offsets of the bodies are taken from this take; those that are evidence pin their joints in the live solve", "Place, usages et décalages des corps viennent de cette prise ; ceux qui servent de preuve fixent leur articulation en direct"],
   "rigid.like.choose": ["choose a take", "choisir une prise"],
   "rigid.like.none": ["no take was measured: studio rigid TAKE measure", "aucune prise mesurée : studio rigid TAKE measure"],
+  "rigid.held": ["in replays and exports it is tied to the hand that holds it", "en relecture et à l'export, il est lié à la main qui le tient"],
+  "rigid.held_by": ["in replays and exports it is tied to the {joint} while that holds it", "en relecture et à l'export, il est lié à {joint} tant qu'elle le tient"],
   "rigid.pins": ["pins {joint} live; measured to {mm} mm", "fixe {joint} en direct ; mesuré à {mm} mm"],
   "rigid.pins_not": ["pins nothing live until it was measured in a take", "ne fixe rien en direct avant d'être mesuré dans une prise"],
   "rigid.no_joint": ["no joint", "aucune articulation"],
