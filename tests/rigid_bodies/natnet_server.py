@@ -1,6 +1,6 @@
 """A small NatNet server for tests, from OptiTrack's public documentation of the packets.
 
-The client natnet, which was not written here, reads what it makes (`test_packets.py`).
+The client natnet, which was not written here, reads what it makes (`test_other_client.py`).
 """
 
 import socket
