@@ -18,7 +18,7 @@ from studio.live.keeping.resume import marker_of
 from studio.live.recording.recorder import Recorder
 from studio.live.recording.recording import LiveRecording, recording_message
 from studio.live.states import RecordStarted, RecordStopped
-from studio.rigid_bodies.heard import Heard
+from studio.rigid_bodies.content import PacketContent
 from studio.rigid_bodies.incoming import IncomingBodies
 from studio.take.folder.marker import STOPPING, remove_marker, write_marker
 from studio.take.library.sessions import new_take_path, session_of_today, take_path
@@ -165,7 +165,7 @@ class RecordingControl:
         if recording is not None:
             recording.add_timecode(time_ns, TimecodeEvent(frame, rate.name, source))
 
-    def _bodies_heard(self, time_ns: int, axes: BodyAxes, heard: Heard) -> None:
+    def _bodies_heard(self, time_ns: int, axes: BodyAxes, heard: PacketContent) -> None:
         recording = self._engine.recording
         if recording is not None and heard.bodies:
             recording.add_bodies(time_ns, BodiesEvent(axes, heard.bodies))

@@ -17,7 +17,7 @@ from studio.engine.rigid_bodies.known import MOST_BODIES
 from studio.engine.rigid_bodies.markers import MarkersReading, placed_markers
 from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
 from studio.engine.rigid_bodies.tracks import tracks_of
-from studio.rigid_bodies.heard import Heard
+from studio.rigid_bodies.content import PacketContent
 from studio.rigid_bodies.settings import RigidSettings, load_rigid_settings, save_rigid_settings
 from studio.rigid_bodies.sources import NatNetSource, OscSource, RigidListener, RigidSourceStatus
 
@@ -72,7 +72,7 @@ class IncomingBodies:
         self._markers: deque[tuple[int, BodyAxes, MarkersReading]] = deque()
         self._listeners: dict[str, RigidListener] = {}
         self.settings, self._problem = RigidSettings(), ""
-        self.on_heard: Callable[[int, BodyAxes, Heard], object] = lambda *heard: None
+        self.on_heard: Callable[[int, BodyAxes, PacketContent], object] = lambda *heard: None
 
     def start(self) -> None:
         """Listen to what was on last; a file that cannot be read counts as none, and is told."""
@@ -114,7 +114,7 @@ class IncomingBodies:
         for listener in listeners.values():
             listener.close()
 
-    def _put(self, axes: BodyAxes, heard: Heard) -> None:
+    def _put(self, axes: BodyAxes, heard: PacketContent) -> None:
         now_ns = self._clock_ns()
         with self._lock:
             kept = [
@@ -129,7 +129,7 @@ class IncomingBodies:
                 self._markers.append((now_ns, axes, heard.markers))
                 _forget(self._markers, now_ns)
         if kept or heard.markers is not None:
-            self.on_heard(now_ns, axes, Heard(kept, heard.markers))
+            self.on_heard(now_ns, axes, PacketContent(kept, heard.markers))
 
     def at(self, time_ns: int, fresh_ns: int = _FRESH_NS) -> tuple[PlacedBody, ...]:
         """Return the bodies at a time on the server's clock [ns], up to 2 s ago, in the stage frame; those seen then,

@@ -11,7 +11,7 @@ import struct
 from studio.engine.rigid_bodies.known import MOST_BODIES
 from studio.engine.rigid_bodies.markers import MOST_MARKERS, MarkersReading, Place
 from studio.engine.rigid_bodies.reading import BodyReading
-from studio.rigid_bodies.heard import Heard
+from studio.rigid_bodies.content import PacketContent
 from studio.rigid_bodies.natnet_model import LONGEST_NAME, SIZED, NatNetModel, read_model
 from studio.rigid_bodies.packets import CutError, Packet
 
@@ -53,7 +53,7 @@ class NatNetDecoder:
         """Whether the server has described its assets, some of which have markers."""
         return self._model is not None and bool(self._model.assets)
 
-    def feed(self, data: bytes) -> Heard:
+    def feed(self, data: bytes) -> PacketContent:
         """Return what a packet tells; nothing where it is refused."""
         try:
             if len(data) > LONGEST:
@@ -69,10 +69,10 @@ class NatNetDecoder:
             elif kind == FRAME and self.version is not None:
                 found = self._read_frame(packet, self.version)
                 self._unnamed += not self.knows_names
-                return found if self.knows_names or self._unnamed > _UNNAMED else Heard()
+                return found if self.knows_names or self._unnamed > _UNNAMED else PacketContent()
         except CutError:
             self.refused += 1
-        return Heard()
+        return PacketContent()
 
     def _read_server(self, packet: Packet) -> None:
         name = packet.text()
@@ -83,7 +83,7 @@ class NatNetDecoder:
             raise CutError
         self.server, self.version = name[:LONGEST_NAME], (int(major), int(minor))
 
-    def _read_frame(self, packet: Packet, version: tuple[int, int]) -> Heard:
+    def _read_frame(self, packet: Packet, version: tuple[int, int]) -> PacketContent:
         sized = version >= SIZED
         model = self._model or NatNetModel()
         packet.numbers("i")  # number of the frame
@@ -109,7 +109,7 @@ class NatNetDecoder:
                 packet.skip(4)
                 packet.skip(_BODY_BYTES * packet.count())
         count, part = _section(packet, sized)
-        return Heard(bodies, _markers(part, count, model, loose))
+        return PacketContent(bodies, _markers(part, count, model, loose))
 
 
 def _section(packet: Packet, sized: bool) -> tuple[int, Packet]:

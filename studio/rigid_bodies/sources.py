@@ -14,7 +14,7 @@ from msgspec import Struct
 from studio.engine.base.addresses import not_listening
 from studio.engine.rigid_bodies.reading import BodyAxes
 from studio.rigid_bodies import natnet
-from studio.rigid_bodies.heard import Heard
+from studio.rigid_bodies.content import PacketContent
 from studio.rigid_bodies.natnet import NatNetDecoder
 from studio.rigid_bodies.settings import RigidSettings
 from studio.rigid_bodies.trackers import TrackerDecoder
@@ -25,7 +25,7 @@ MOST_PER_S = 1000
 
 _log = logging.getLogger(__name__)
 
-Put = Callable[[BodyAxes, Heard], object]
+Put = Callable[[BodyAxes, PacketContent], object]
 """Takes what a packet tells, and the axes that it is in."""
 
 
@@ -60,7 +60,7 @@ class _Source(Protocol):
 
     def idle(self, channels: list[socket.socket], now_s: float) -> None: ...
 
-    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, Heard]: ...
+    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, PacketContent]: ...
 
 
 class OscSource:
@@ -88,9 +88,9 @@ class OscSource:
     def idle(self, channels: list[socket.socket], now_s: float) -> None:
         """Do nothing: senders begin by themselves."""
 
-    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, Heard]:
+    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, PacketContent]:
         """Return the trackers of a packet."""
-        return "unity", Heard(self._decoder.feed(data))
+        return "unity", PacketContent(self._decoder.feed(data))
 
 
 class NatNetSource:
@@ -149,11 +149,11 @@ class NatNetSource:
             self._named_s = now_s
             channels[0].sendto(natnet.request(natnet.REQUEST_MODEL), to)
 
-    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, Heard]:
+    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, PacketContent]:
         """Return the rigid bodies and markers of a packet."""
         if sender != self._host:
             self._strangers += 1
-            return self._axes, Heard()
+            return self._axes, PacketContent()
         knew = self._decoder.version is not None
         found = self._decoder.feed(data)
         if not knew and self._decoder.version is not None:

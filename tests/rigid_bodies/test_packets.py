@@ -10,7 +10,7 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 from scipy.spatial.transform import Rotation
 
 from studio.engine.rigid_bodies.reading import to_stage_axes
-from studio.rigid_bodies.heard import Heard
+from studio.rigid_bodies.content import PacketContent
 from studio.rigid_bodies.natnet import NatNetDecoder
 from studio.rigid_bodies.trackers import TrackerDecoder, unity_euler_xyzw
 from tests.rigid_bodies import natnet_server
@@ -150,9 +150,9 @@ def test_ten_thousand_hostile_packets_do_no_harm(kind):
     assert grown < 100_000, f"{grown} bytes are held on {sys.platform}"
     assert decoder.refused > 3000
     for heard in found:
-        for one in heard.bodies if isinstance(heard, Heard) else heard:
+        for one in heard.bodies if isinstance(heard, PacketContent) else heard:
             assert np.isfinite([*one.position_m, *one.rotation_xyzw]).all() and len(one.name) <= 64
-        if isinstance(heard, Heard) and heard.markers is not None:
+        if isinstance(heard, PacketContent) and heard.markers is not None:
             assert np.isfinite([*heard.markers.positions_m, *heard.markers.loose_m]).all()
             assert all(len(name) <= 140 for name in heard.markers.names)
     for data in good[::-1]:

@@ -6,7 +6,7 @@ from studio.engine.rigid_bodies.markers import MarkersReading
 from studio.engine.rigid_bodies.reading import BodyReading
 
 
-class Heard(Struct, frozen=True):
+class PacketContent(Struct, frozen=True):
     """The rigid bodies and markers of an instant.
 
     Attributes:
