@@ -341,13 +341,19 @@ class Engine(PerformedStage):
                 self._subscribers.tell(result)
 
     def _with_what_comes_in(self, result: StepResult, stage_time_ns: int, now_ns: int) -> StepResult:
-        """Return a step with the timecode and the rigid bodies of its instant; `now_ns` is on the server's clock."""
+        """Return a step with timecode, rigid bodies and markers of its instant; `now_ns` is on the server's clock."""
         now_stage_ns = self.roster.clock.server_to_stage_ns(now_ns)
         if now_stage_ns is None:
             return result
         at_ns = now_ns - (now_stage_ns - stage_time_ns)
-        timecode, bodies = self.timecode.at(at_ns), self.bodies.at(at_ns)
-        return replace(result, timecode=timecode, bodies=bodies) if bodies or timecode is not None else result
+        timecode, bodies, markers = (
+            self.timecode.at(at_ns),
+            self.bodies.at(at_ns),
+            self.bodies.markers_at(at_ns),
+        )
+        if not bodies and timecode is None and markers is None:
+            return result
+        return replace(result, timecode=timecode, bodies=bodies, markers=markers)
 
     def _evidence(self, stage_time_ns: int) -> dict[str, dict[str, tuple[float, float, float]]]:
         """Return where rigid bodies put joints at a stage time, by performer and joint [m]."""

@@ -3,12 +3,12 @@
 import logging
 import shutil
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.base.sentences import say
-from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
+from studio.engine.rigid_bodies.reading import BodyAxes
 from studio.engine.timecode.timecode import TimecodeRate
 from studio.live.calibration.performers import FOLDER as PERFORMERS
 from studio.live.cameras.links import CameraLink, Links
@@ -18,10 +18,11 @@ from studio.live.keeping.resume import marker_of
 from studio.live.recording.recorder import Recorder
 from studio.live.recording.recording import LiveRecording, recording_message
 from studio.live.states import RecordStarted, RecordStopped
+from studio.rigid_bodies.content import PacketContent
 from studio.rigid_bodies.incoming import IncomingBodies
 from studio.take.folder.marker import STOPPING, remove_marker, write_marker
 from studio.take.library.sessions import new_take_path, session_of_today, take_path
-from studio.take.raw.live_log import BodiesEvent, TimecodeEvent
+from studio.take.raw.live_log import BodiesEvent, MarkersEvent, TimecodeEvent
 from studio.timecode.incoming import OFF, IncomingTimecode
 
 RESERVED_SESSIONS = ("blind", "calibrations", PERFORMERS, "rigs", "shares")
@@ -57,7 +58,7 @@ class RecordingControl:
         self._one_at_a_time = threading.Lock()
         self._told_lock = threading.Lock()
         timecode.on_reading = self._timecode_read
-        bodies.on_readings = self._bodies_read
+        bodies.on_heard = self._bodies_heard
 
     @property
     def name(self) -> str | None:
@@ -164,10 +165,12 @@ class RecordingControl:
         if recording is not None:
             recording.add_timecode(time_ns, TimecodeEvent(frame, rate.name, source))
 
-    def _bodies_read(self, time_ns: int, axes: BodyAxes, readings: Sequence[BodyReading]) -> None:
+    def _bodies_heard(self, time_ns: int, axes: BodyAxes, heard: PacketContent) -> None:
         recording = self._engine.recording
-        if recording is not None:
-            recording.add_bodies(time_ns, BodiesEvent(axes, [*readings]))
+        if recording is not None and heard.bodies:
+            recording.add_bodies(time_ns, BodiesEvent(axes, heard.bodies))
+        if recording is not None and heard.markers is not None:
+            recording.add_bodies(time_ns, MarkersEvent(axes, heard.markers))
 
     def end_broken(self) -> None:
         """End a take that can no longer be written, keep its data, and report the problem."""

@@ -1,26 +1,35 @@
-"""The rigid bodies that come in: listens to the systems that are on, and says where each body is."""
+"""The rigid bodies and markers that come in: listens to the systems that are on, and says where each is."""
 
 import logging
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from msgspec import Struct, structs
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.quaternions import rotate
-from studio.engine.model.rigid_body import PlacedBody
+from studio.engine.model.rigid_body import PlacedBody, PlacedMarkers
 from studio.engine.rigid_bodies.known import MOST_BODIES
+from studio.engine.rigid_bodies.markers import MarkersReading, placed_markers
 from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
 from studio.engine.rigid_bodies.tracks import tracks_of
+from studio.rigid_bodies.content import PacketContent
 from studio.rigid_bodies.settings import RigidSettings, load_rigid_settings, save_rigid_settings
 from studio.rigid_bodies.sources import NatNetSource, OscSource, RigidListener, RigidSourceStatus
 
 _FRESH_NS, _SEEN_NS = 500_000_000, 150_000_000
-_KEPT = 64
+_KEPT_NS = 2_000_000_000
+_AROUND = 4
 _log = logging.getLogger(__name__)
+
+_Reading = tuple[int, BodyAxes, BodyReading]
+"""When it came on the server's clock [ns], in which axes, and what."""
+
+_What = TypeVar("_What", BodyReading, MarkersReading)
 
 
 class RigidBodyStatus(Struct, frozen=True):
@@ -33,11 +42,14 @@ class RigidBodyStatus(Struct, frozen=True):
 
 
 class RigidStatus(Struct, frozen=True):
-    """The systems by name, the bodies, and why the stored settings cannot be read, or empty."""
+    """The systems by name, the bodies, how many markers with and without a name are seen now, and why the stored
+    settings cannot be read, or empty."""
 
     osc: RigidSourceStatus = RigidSourceStatus()
     natnet: RigidSourceStatus = RigidSourceStatus()
     bodies: list[RigidBodyStatus] = []
+    markers: int = 0
+    loose_markers: int = 0
     problem: str = ""
 
 
@@ -49,17 +61,18 @@ class IncomingBodies:
         clock_ns: the server's clock [ns].
 
     Attributes:
-        on_readings: called on a source's thread with the time on the server's clock [ns], the axes, and the readings.
+        on_heard: called on a source's thread with the time on the server's clock [ns], the axes, and what was heard.
     """
 
     def __init__(self, sessions: Path, clock_ns: Callable[[], int]) -> None:
         self._sessions, self._clock_ns = sessions, clock_ns
         self._lock = threading.Lock()
         self._changing = threading.Lock()
-        self._recent: dict[str, deque[tuple[int, BodyAxes, BodyReading]]] = {}
+        self._recent: dict[str, deque[_Reading]] = {}
+        self._markers: deque[tuple[int, BodyAxes, MarkersReading]] = deque()
         self._listeners: dict[str, RigidListener] = {}
         self.settings, self._problem = RigidSettings(), ""
-        self.on_readings: Callable[[int, BodyAxes, Sequence[BodyReading]], object] = lambda *readings: None
+        self.on_heard: Callable[[int, BodyAxes, PacketContent], object] = lambda *heard: None
 
     def start(self) -> None:
         """Listen to what was on last; a file that cannot be read counts as none, and is told."""
@@ -89,7 +102,7 @@ class IncomingBodies:
             return  # what is heard stays
         self.close()
         with self._lock:
-            self._recent = {}
+            self._recent, self._markers = {}, deque()
         if settings.osc:
             self._listeners["osc"] = RigidListener(OscSource(settings), self._put)
         if settings.natnet:
@@ -101,29 +114,36 @@ class IncomingBodies:
         for listener in listeners.values():
             listener.close()
 
-    def _put(self, axes: BodyAxes, readings: Sequence[BodyReading]) -> None:
+    def _put(self, axes: BodyAxes, heard: PacketContent) -> None:
         now_ns = self._clock_ns()
         with self._lock:
-            kept = [one for one in readings if one.name in self._recent or len(self._recent) < MOST_BODIES]
+            kept = [
+                one for one in heard.bodies if one.name in self._recent or len(self._recent) < MOST_BODIES
+            ]
             for one in kept:
                 if one.tracked:
-                    self._recent.setdefault(one.name, deque(maxlen=_KEPT)).append((now_ns, axes, one))
-        if kept:
-            self.on_readings(now_ns, axes, kept)
+                    mine = self._recent.setdefault(one.name, deque())
+                    mine.append((now_ns, axes, one))
+                    _forget(mine, now_ns)
+            if heard.markers is not None:
+                self._markers.append((now_ns, axes, heard.markers))
+                _forget(self._markers, now_ns)
+        if kept or heard.markers is not None:
+            self.on_heard(now_ns, axes, PacketContent(kept, heard.markers))
 
     def at(self, time_ns: int, fresh_ns: int = _FRESH_NS) -> tuple[PlacedBody, ...]:
-        """Return the bodies at a time on the server's clock [ns], about now, in the stage frame; those seen then, or
-        not longer ago than `fresh_ns`."""
+        """Return the bodies at a time on the server's clock [ns], up to 2 s ago, in the stage frame; those seen then,
+        or not longer before or after than `fresh_ns`."""
         with self._lock:
-            recent = {name: list(mine) for name, mine in self._recent.items()}
+            recent = {name: _around(mine, time_ns) for name, mine in self._recent.items()}
         settings = self.settings
         known = {one.name: one for one in settings.bodies}
         found = []
         for name, mine in recent.items():
-            if abs(time_ns - mine[-1][0]) > fresh_ns:
+            if min(abs(time_ns - at_ns) for at_ns, _, _ in mine) > fresh_ns:
                 continue
             near: list[tuple[float, BodyAxes, BodyReading]] = [
-                ((at_ns - time_ns) * 1e-9, axes, one) for at_ns, axes, one in mine[-8:]
+                ((at_ns - time_ns) * 1e-9, axes, one) for at_ns, axes, one in mine
             ]
             track = tracks_of(near).placed(settings.place).tracks[name]
             positions, rotations = track.filled_at(np.zeros(1))
@@ -131,6 +151,17 @@ class IncomingBodies:
             said = ("", None) if one is None else (one.use, one.shape)
             found.append(PlacedBody(name, positions[0], rotations[0], *said))
         return tuple(found)
+
+    def markers_at(self, time_ns: int) -> PlacedMarkers | None:
+        """Return the markers nearest to a time on the server's clock [ns], up to 2 s ago, in the stage frame; None
+        where none were seen for half a second."""
+        with self._lock:
+            near = _around(self._markers, time_ns)
+        if not near:
+            return None
+        at_ns, axes, reading = min(near, key=lambda one: abs(one[0] - time_ns))
+        known = abs(at_ns - time_ns) <= _FRESH_NS
+        return placed_markers(reading, axes, self.settings.place) if known else None
 
     def evidence_at(self, time_ns: int) -> dict[str, dict[str, tuple[float, float, float]]]:
         """Return where bodies that are evidence put joints at a time on the server's clock [ns], about now: by
@@ -151,7 +182,8 @@ class IncomingBodies:
 
     def status(self) -> RigidStatus:
         """Return what comes in now."""
-        seen = {one.name: one for one in self.at(self._clock_ns())}
+        now_ns = self._clock_ns()
+        seen, markers = {one.name: one for one in self.at(now_ns)}, self.markers_at(now_ns)
         known = {one.name: one.use for one in self.settings.bodies}
         with self._lock:
             names = sorted({*self._recent, *known})
@@ -162,4 +194,25 @@ class IncomingBodies:
             place = None if here is None else (x, y, z)
             bodies.append(RigidBodyStatus(name, known.get(name, ""), here is not None, place))
         told = {name: one.status() for name, one in self._listeners.items()}
-        return RigidStatus(**told, bodies=bodies, problem=self._problem)
+        named, loose = (0, 0) if markers is None else (len(markers.named_m), len(markers.loose_m))
+        return RigidStatus(**told, bodies=bodies, markers=named, loose_markers=loose, problem=self._problem)
+
+
+def _forget(readings: deque[tuple[int, BodyAxes, _What]], now_ns: int) -> None:
+    """Take away what came too long ago."""
+    while readings[0][0] < now_ns - _KEPT_NS:
+        readings.popleft()
+
+
+def _around(readings: deque[tuple[int, BodyAxes, _What]], time_ns: int) -> list[tuple[int, BodyAxes, _What]]:
+    """Return the readings next to a time, in order; the engine may be late, and others have come since."""
+    after: deque[tuple[int, BodyAxes, _What]] = deque(maxlen=_AROUND)
+    before: list[tuple[int, BodyAxes, _What]] = []
+    for one in reversed(readings):
+        if one[0] > time_ns:
+            after.appendleft(one)
+        elif len(before) < _AROUND:
+            before.append(one)
+        else:
+            break
+    return [*reversed(before), *after]

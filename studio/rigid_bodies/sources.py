@@ -1,4 +1,4 @@
-"""Threads that receive rigid bodies: NatNet from a server, and trackers over OSC."""
+"""Threads that receive rigid bodies and markers: NatNet from a server, and trackers over OSC."""
 
 import logging
 import selectors
@@ -6,14 +6,15 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Protocol
 
 from msgspec import Struct
 
 from studio.engine.base.addresses import not_listening
-from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
+from studio.engine.rigid_bodies.reading import BodyAxes
 from studio.rigid_bodies import natnet
+from studio.rigid_bodies.content import PacketContent
 from studio.rigid_bodies.natnet import NatNetDecoder
 from studio.rigid_bodies.settings import RigidSettings
 from studio.rigid_bodies.trackers import TrackerDecoder
@@ -24,15 +25,15 @@ MOST_PER_S = 1000
 
 _log = logging.getLogger(__name__)
 
-Put = Callable[[BodyAxes, Sequence[BodyReading]], object]
-"""Takes the readings of a packet, and the axes that they are in."""
+Put = Callable[[BodyAxes, PacketContent], object]
+"""Takes what a packet tells, and the axes that it is in."""
 
 
 class RigidSourceStatus(Struct, frozen=True):
     """A system of rigid bodies: whether it is on, where it is heard, and what came.
 
     Attributes:
-        packets: those with rigid bodies; refused: those that could not be read; dropped: too many in a second.
+        packets: those with rigid bodies or markers; refused: those that could not be read; dropped: over the limit.
         server: the program that sends, where it tells, "" = not known.
         problem: why nothing is heard, "" = nothing is wrong.
     """
@@ -59,7 +60,7 @@ class _Source(Protocol):
 
     def idle(self, channels: list[socket.socket], now_s: float) -> None: ...
 
-    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, list[BodyReading]]: ...
+    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, PacketContent]: ...
 
 
 class OscSource:
@@ -87,9 +88,9 @@ class OscSource:
     def idle(self, channels: list[socket.socket], now_s: float) -> None:
         """Do nothing: senders begin by themselves."""
 
-    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, list[BodyReading]]:
+    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, PacketContent]:
         """Return the trackers of a packet."""
-        return "unity", self._decoder.feed(data)
+        return "unity", PacketContent(self._decoder.feed(data))
 
 
 class NatNetSource:
@@ -148,11 +149,11 @@ class NatNetSource:
             self._named_s = now_s
             channels[0].sendto(natnet.request(natnet.REQUEST_MODEL), to)
 
-    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, list[BodyReading]]:
-        """Return the rigid bodies of a packet."""
+    def read(self, data: bytes, sender: str) -> tuple[BodyAxes, PacketContent]:
+        """Return the rigid bodies and markers of a packet."""
         if sender != self._host:
             self._strangers += 1
-            return self._axes, []
+            return self._axes, PacketContent()
         knew = self._decoder.version is not None
         found = self._decoder.feed(data)
         if not knew and self._decoder.version is not None:

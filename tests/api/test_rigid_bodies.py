@@ -3,15 +3,20 @@
 import math
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from studio.__main__ import main
+from studio.engine.metrics.reference.reference import Markers, read_reference
+from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import INDEX
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import preset
 from studio.offline.replay import solve_take
+from studio.take.folder.evaluating import evaluate_solves
+from studio.take.folder.references import HowAligned
 from studio.take.folder.take import Take
 from studio.take.raw.frames import read_raw
 from studio.take.raw.live_log import TickEvent
@@ -21,12 +26,36 @@ from studio.take.rigid_bodies.used import distances_mm, stage_bodies
 from studio.web.playback.clip import Clip
 from tests.api.camera import wait_until
 from tests.api.test_recording import assert_equal_bits, cameras, nothing, record, studio  # noqa: F401
+from tests.engine.animation.export.test_points import read_with_c3d
 from tests.live.performer import joints_m
-from tests.rigid_bodies.natnet_server import Body, NatNetServer
+from tests.rigid_bodies.natnet_server import PERFORMER_NUMBER, Body, Marker, NatNetServer
 
 PLACE = {"x_m": 0.5, "y_m": -0.3, "z_m": 0.0, "yaw_deg": 90.0}
 GRIP_M = np.array([0.0, 0.03, 0.10])
 """From the wand's origin to the hand, in the wand's axes."""
+
+
+MARKED = {
+    "LKneeOut": "left_knee", "RKneeOut": "right_knee", "HeadTop": "head", "LWristOut": "left_wrist",
+    "RWristOut": "right_wrist", "Back": "chest",
+}  # fmt: skip
+"""The markers of the performer, each 5 cm behind its joint."""
+
+
+def motive_axes(place) -> tuple[float, float, float]:
+    """A place on the stage [m] where Motive has it: its origin stands at PLACE, turned by 90 degrees, y is up."""
+    x, y, z = place - np.array([PLACE["x_m"], PLACE["y_m"], PLACE["z_m"]])
+    return y, z, x
+
+
+def markers_at(time_s: float) -> list[Marker]:
+    """The performer's markers, which are seen, and one that nobody has named."""
+    joints = joints_m(time_s)
+    found: list[Marker] = [
+        (PERFORMER_NUMBER, number, motive_axes(joints[INDEX[joint]] + [0, 0.05, 0]), 2)
+        for number, joint in enumerate(MARKED.values(), start=1)
+    ]
+    return [*found, (0, 77, motive_axes(np.array([1.0, 1.0, 0.0])), 18)]
 
 
 def bodies_at(time_s: float) -> list[Body]:
@@ -40,31 +69,64 @@ def bodies_at(time_s: float) -> list[Body]:
     turns = {"Wand": (math.cos(half_a), math.sin(half_a)), "Cap": (1.0, 0.0)}
     found: list[Body] = []
     for number, (name, place) in enumerate(places.items(), start=1):
-        x, y, z = place - [PLACE["x_m"], PLACE["y_m"], PLACE["z_m"]]
-        x, y = y, -x  # turned back by 90 degrees
         w, b = turns[name]
         c, s = math.cos(half_yaw), math.sin(half_yaw)
         qw, qx, qy, qz = c * w, -s * b, c * b, s * w  # z-up: about z, then about y
-        found.append((number, name, (x, z, -y), (qx, qz, -qy, qw), True))
+        found.append((number, name, motive_axes(place), (qx, qz, -qy, qw), True))
     return found
 
 
 @pytest.fixture
 def motive(studio, cameras):  # noqa: F811
     """A NatNet server that sends where the bodies are as the cameras' performer moves."""
-    server = NatNetServer((4, 1), bodies_at(0.0))
+    server = NatNetServer((4, 1), bodies_at(0.0), list(MARKED))
     ended = threading.Event()
 
     def run() -> None:
         number = 0
         while not ended.wait(0.004):
             number += 1
-            server.send(number, bodies_at(cameras[0].sequence / 30.0))
+            time_s = cameras[0].sequence / 30.0
+            server.send(number, bodies_at(time_s), markers_at(time_s))
 
-    threading.Thread(target=run, daemon=True).start()
+    sender = threading.Thread(target=run, daemon=True)
+    sender.start()
     yield server
     ended.set()
+    sender.join()
     server.close()
+
+
+def markers_are_a_reference(take: Take, step: StepResult, folder: Path, capsys) -> None:
+    """The markers are shown in the replay, put on joints, written, and measured against."""
+    assert step.markers is not None and len(step.markers.named_m) == len(MARKED)
+    assert step.markers.named_m[2] == pytest.approx(
+        [0.0, 0.05, 1.64], abs=1e-3
+    )  # of the head, which stands still
+    path, file = str(take.path), folder / "markers.csv"
+    for name, joint in MARKED.items():
+        assert main(["rigid", path, "set", f"Anna:{name}", f"joint={joint}"]) == 0
+    assert main(["rigid", path, "set", "Anna:Back", "joint=head"]) == 2
+    assert main(["rigid", path, "markers", str(file)]) == 0
+    assert main(["rigid", path, "markers", str(folder / "markers.c3d"), "Anna"]) == 0
+    assert main(["rigid", path, "markers", str(file), "Nobody"]) == 2
+    reference = read_reference(file)
+    assert isinstance(reference, Markers) and set(reference.joints) == set(MARKED.values())
+    figures = evaluate_solves(take, reference, ["live"], HowAligned(False, "rigid", None))["live"]
+    assert figures["mpjpe_mm"] < 40
+    assert set(figures["alignment"]["marker_offsets_mm"] or {}) == set(MARKED.values())
+    labels, places_mm, _, _ = read_with_c3d(folder / "markers.c3d")
+    assert labels == [f"Anna:{joint}_marker" for joint in MARKED.values()]
+    assert places_mm[0, 2] == pytest.approx([0.0, 50.0, 1640.0], abs=1.0)
+    capsys.readouterr()
+
+
+def seen_before(take: Take, name: str, ticks: list[TickEvent], later_s: float) -> np.ndarray:
+    """Whether a body came within 0.1 s before each tick, however late the tick was made."""
+    times_s = take_tracks(take).tracks[name].time_s + later_s
+    at_s = np.array([one.stage_time_ns for one in ticks]) * 1e-9 - 0.01  # clocks are refined meanwhile
+    last = np.searchsorted(times_s, at_s) - 1
+    return (last >= 0) & (at_s - times_s[np.maximum(last, 0)] < 0.1)
 
 
 def test_bodies_are_shown_recorded_measured_and_exported(studio, cameras, motive, tmp_path, capsys):  # noqa: F811
@@ -79,10 +141,12 @@ def test_bodies_are_shown_recorded_measured_and_exported(studio, cameras, motive
         return [one["name"] for one in bodies["bodies"] if one["seen"]] == ["Cap", "Wand"]
 
     wait_until(seen, "bodies are seen by their names")
+    assert studio.http.get("/rigid-bodies").json()["status"]["markers"] == len(MARKED)
     take, _ = record(studio, cameras, *[nothing] * 4)
     live = studio.stage.results.get()[1]
     cap = next(one for one in live.bodies if one.name == "Cap")
     assert cap.position_m == pytest.approx([0.0, 0.0, 1.74], abs=0.02)
+    assert live.markers is not None and live.markers.loose_m[0] == pytest.approx([1.0, 1.0, 0.0], abs=1e-4)
 
     # recorded as they came, and told again
     tracks = take_tracks(take).tracks
@@ -92,7 +156,9 @@ def test_bodies_are_shown_recorded_measured_and_exported(studio, cameras, motive
     (take.path / TRACKS_FILE).unlink()
     assert len(take_tracks(Take.open(take.path)).tracks["Wand"].time_s) == count
     clip = Clip.load(take, "live")
-    assert {one.name for one in clip.step(len(clip.poses.time_s) // 2).bodies} == {"Wand", "Cap"}
+    step = clip.step(len(clip.poses.time_s) // 2)
+    assert {one.name for one in step.bodies} == {"Wand", "Cap"}
+    markers_are_a_reference(take, step, tmp_path, capsys)
 
     # used as evidence
     path = str(take.path)
@@ -117,8 +183,11 @@ def test_bodies_are_shown_recorded_measured_and_exported(studio, cameras, motive
     assert answer.json()["measured"] == [f"tests/{take.path.name}"]
     again, _ = record(studio, cameras, *[nothing] * 2)
     events = [one.event for one in read_raw(again.raw_path) if isinstance(one, RawEvent)]
-    told = [set(one.pinned.get("performer_1", {})) for one in events if isinstance(one, TickEvent)]
-    assert sum(one == {"right_hand", "head"} for one in told) > 0.5 * len(told)
+    ticks = [one for one in events if isinstance(one, TickEvent)]
+    both = np.array([seen_before(again, name, ticks, known.later_s) for name in ("Wand", "Cap")]).all(axis=0)
+    assert both.sum() > 20, "bodies came for ticks"
+    told = np.array([set(one.pinned.get("performer_1", {})) == {"right_hand", "head"} for one in ticks])
+    assert told[both].all(), f"{told[both].sum()} of {both.sum()} ticks at which both were seen are pinned"
     apart["pinned"] = distances_mm(again, "live")["Wand"]
     assert np.median(apart["pinned"]) < np.median(apart["live"])
     solve_take(again, preset("studio"), name="again", as_live=True)

@@ -10,6 +10,7 @@ from pythonosc.osc_message_builder import OscMessageBuilder
 from scipy.spatial.transform import Rotation
 
 from studio.engine.rigid_bodies.reading import to_stage_axes
+from studio.rigid_bodies.content import PacketContent
 from studio.rigid_bodies.natnet import NatNetDecoder
 from studio.rigid_bodies.trackers import TrackerDecoder, unity_euler_xyzw
 from tests.rigid_bodies import natnet_server
@@ -19,21 +20,47 @@ BODIES: list[natnet_server.Body] = [
     (9, "Cap", (0.5, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0), False),
 ]
 VERSIONS = ((3, 0), (3, 1), (4, 0), (4, 1), (4, 2))
+MARKERS: list[natnet_server.Marker] = [
+    (natnet_server.PERFORMER_NUMBER, 1, (0.1, 0.5, 0.2), 2),
+    (natnet_server.PERFORMER_NUMBER, 2, (-0.1, 0.5, 0.2), 2 + 1),  # occluded
+    (7, 2, (1.0, 2.0, 3.1), 2),
+    (5, 1, (0.0, 1.0, 0.0), 4),
+    (0, 1203, (2.0, 0.0, 1.0), 2 + 16),  # unlabelled
+]
 
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_natnet_tells_names_and_poses(version):
     decoder = NatNetDecoder()
-    assert decoder.feed(natnet_server.frame(version, 1, BODIES)) == []  # before its version is known
+    assert not decoder.feed(natnet_server.frame(version, 1, BODIES))  # before its version is known
     decoder.feed(natnet_server.server_info(version))
     unnamed = [decoder.feed(natnet_server.frame(version, 1, BODIES)) for _ in range(501)]
-    assert unnamed[-2] == [] and unnamed[-1][0].name == "body 7"  # a server that tells no names
+    assert not unnamed[-2] and unnamed[-1].bodies[0].name == "body 7"  # a server that tells no names
     decoder.feed(natnet_server.model(version, BODIES))
-    wand, cap = decoder.feed(natnet_server.frame(version, 2, BODIES))
+    wand, cap = decoder.feed(natnet_server.frame(version, 2, BODIES)).bodies
     assert (decoder.server, decoder.version, decoder.refused) == ("Motive", version, 0)
     assert (wand.name, wand.position_m, wand.tracked) == ("Wand", (1.0, 2.0, 3.0), True)
     assert wand.rotation_xyzw == pytest.approx((0.0, 0.0, 0.6, 0.8))
     assert (cap.name, cap.tracked) == ("Cap", False)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_natnet_tells_markers(version):
+    decoder = NatNetDecoder()
+    decoder.feed(natnet_server.server_info(version))
+    decoder.feed(natnet_server.model(version, BODIES))
+    heard = decoder.feed(natnet_server.frame(version, 1, BODIES, MARKERS))
+    assert [one.name for one in heard.bodies] == ["Wand", "Cap"] and decoder.refused == 0
+    assert heard.markers is not None
+    hem = "Cape:Hem" if version >= (4, 1) else "asset 5:1"  # trained marker sets are told from 4.1 on
+    assert heard.markers.names == ("Anna:LKNE", "Wand:b" if version >= (4, 0) else "Wand:2", hem)
+    assert heard.markers.positions_m == ((0.1, 0.5, 0.2), (1.0, 2.0, 3.1), (0.0, 1.0, 0.0))
+    assert heard.markers.loose_m == ((2.0, 0.0, 1.0),)
+    alone = decoder.feed(natnet_server.frame(version, 2, BODIES)).markers
+    assert alone is not None and alone.loose_m == (
+        (0, 1, 2),
+        (3, 4, 5),
+    )  # unlabelled ones in their own section
 
 
 def message(address: str, *arguments: str | float) -> OscMessageBuilder:
@@ -99,7 +126,7 @@ def hostile(seeds: list[bytes], count: int):
 @pytest.mark.parametrize("kind", ["natnet 3.0", "natnet 4.1", "osc"])
 def test_ten_thousand_hostile_packets_do_no_harm(kind):
     version = (4, 1) if kind.endswith("4.1") else (3, 0)
-    good = [natnet_server.frame(version, 1, BODIES), natnet_server.model(version, BODIES)]
+    good = [natnet_server.frame(version, 1, BODIES, MARKERS), natnet_server.model(version, BODIES)]
     good.append(natnet_server.server_info(version))
     decoder: NatNetDecoder | TrackerDecoder = NatNetDecoder()
     if kind == "osc":
@@ -122,9 +149,12 @@ def test_ten_thousand_hostile_packets_do_no_harm(kind):
     tracemalloc.stop()
     assert grown < 100_000, f"{grown} bytes are held on {sys.platform}"
     assert decoder.refused > 3000
-    for readings in found:
-        for one in readings:
+    for heard in found:
+        for one in heard.bodies if isinstance(heard, PacketContent) else heard:
             assert np.isfinite([*one.position_m, *one.rotation_xyzw]).all() and len(one.name) <= 64
+        if isinstance(heard, PacketContent) and heard.markers is not None:
+            assert np.isfinite([*heard.markers.positions_m, *heard.markers.loose_m]).all()
+            assert all(len(name) <= 140 for name in heard.markers.names)
     for data in good[::-1]:
         decoder.feed(data)  # it still reads what is right
     assert decoder.feed(good[0] if kind != "osc" else good[2])

@@ -57,6 +57,7 @@ def test_timecode_is_shown_and_a_trigger_is_heard(tmp_path, chromium):
         page.get_by_label("Shape of tracker 1").press("Enter")
         page.locator("#set-title-fold").focus()
         expect(page.get_by_label("Use of tracker 1")).to_have_value("prop")
+        expect(page.locator("#rigid")).to_contain_text("tied to the hand that holds it")
         page.get_by_label("Joint of tracker 1").select_option("head")
         page.locator("#set-title-fold").focus()
         expect(page.get_by_label("Use of tracker 1")).to_contain_text("evidence")

@@ -1,4 +1,4 @@
-"""`studio rigid`: the rigid bodies of a take, which another system tracked or depth cameras saw."""
+"""`studio rigid`: rigid bodies and markers of a take, which another system tracked or depth cameras saw."""
 
 import argparse
 from pathlib import Path
@@ -9,10 +9,12 @@ from studio.commands.common import add_command, add_json, add_take, figure, prog
 if TYPE_CHECKING:
     from studio.engine.base.errors import SettingsError
     from studio.engine.rigid_bodies.known import KnownBody, TakeBodies
+    from studio.engine.rigid_bodies.markers import MarkerTracks
     from studio.take.folder.take import Take
 
 _TEXT = """\
-Show and use the rigid bodies of a take: those that another system tracked, and props that depth cameras saw.
+Show and use the rigid bodies of a take: those that another system tracked, and props that depth cameras saw; and the
+markers that another system tracked.
 
   studio rigid TAKE                                          lists them, and how far solves are from them
   studio rigid TAKE set Wand use=prop shape=cylinder:3,60    60 cm long, 3 cm thick
@@ -24,6 +26,9 @@ Show and use the rigid bodies of a take: those that another system tracked, and 
   studio rigid TAKE measure [SOLVE]                          how bodies sit on joints, and where their system stands
   studio rigid TAKE measure [SOLVE] --keep-place             the same; where their system stands stays
   studio rigid TAKE reference FILE.csv                       a reference for `studio evaluate`, of their joints
+  studio rigid TAKE set Anna:LKneeOut joint=left_knee        this marker sits on the knee
+  studio rigid TAKE markers FILE.csv [ASSET]                 all markers (or an asset's), a reference for
+                            `studio evaluate` once some are on joints or have Plug-in Gait's names; also FILE.c3d
 
 Shapes are box:X,Y,Z, cylinder:DIAMETER,LENGTH[,AXIS] and sphere:DIAMETER in cm. `studio export --prop NAME` writes
 a prop. docs/rigid_bodies.md has more."""
@@ -33,9 +38,9 @@ def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "rigid", run, _TEXT)
     add_take(parser)
     add = parser.add_argument
-    actions = ("list", "set", "find", "measure", "reference")
+    actions = ("list", "set", "find", "measure", "reference", "markers")
     add("action", metavar="ACTION", nargs="?", choices=actions, default="list",
-        help="list (default), set, find, measure or reference")  # fmt: skip
+        help="list (default), set, find, measure, reference or markers")  # fmt: skip
     add("words", metavar="WORD", nargs="*", help="see above")
     add("--keep-place", action="store_true", help="measure: where their system stands is right already")
     add(
@@ -52,12 +57,15 @@ def run(args: argparse.Namespace) -> int:
 
     from studio.library import choose_solve
     from studio.take.folder.take import Take
-    from studio.take.rigid_bodies.kept import take_bodies
+    from studio.take.rigid_bodies.kept import take_bodies, take_markers
+    from studio.take.rigid_bodies.marker_files import name_marker, write_markers
     from studio.take.rigid_bodies.used import measure, name_body
 
     take = Take.open(args.take)
     known = take_bodies(take)
-    if args.action == "set":
+    if args.action == "set" and args.words and args.words[0] in take_markers(take).names:
+        known = name_marker(take, args.words[0], _marker_joint(args.words[1:]))
+    elif args.action == "set":
         known = name_body(take, _body(known, args.words))
     elif args.action == "find":
         known = _find(take, args.words)
@@ -68,6 +76,12 @@ def run(args: argparse.Namespace) -> int:
         if len(args.words) != 1:
             raise _wrong_words(args.words, "one file, such as rigid.csv")
         return _write_reference(take, args.performer, Path(args.words[0]))
+    elif args.action == "markers":
+        if not 1 <= len(args.words) <= 2:
+            raise _wrong_words(args.words, "one file, such as markers.csv, and the name of an asset")
+        points = write_markers(take, Path(args.words[0]), *args.words[1:])
+        print(f"{args.words[0]}: {', '.join(points.names)}; {len(points.time_s)} samples")
+        return 0
     write_result(args, {**msgspec.to_builtins(known), "distances_mm": _print(take, known)})
     return 0
 
@@ -76,10 +90,12 @@ def _print(take: "Take", known: "TakeBodies") -> dict[str, dict[str, dict[str, f
     """Print the bodies; return the distances of solves' joints from them [mm]."""
     import numpy as np
 
-    from studio.take.rigid_bodies.kept import take_tracks
+    from studio.take.rigid_bodies.kept import take_markers, take_tracks
     from studio.take.rigid_bodies.used import distances_mm
 
-    tracks = take_tracks(take).tracks
+    tracks, markers = take_tracks(take).tracks, take_markers(take)
+    if len(markers.time_s):
+        print(_marker_words(markers, known))
     if not tracks:
         print("this take has no rigid bodies")
         return {}
@@ -110,6 +126,33 @@ def _print(take: "Take", known: "TakeBodies") -> dict[str, dict[str, dict[str, f
     if known.calibration is not None and known.calibration != take.meta["calibration"]:
         print("measured under another calibration: nothing is evidence until it is measured again")
     return found
+
+
+def _marker_words(markers: "MarkerTracks", known: "TakeBodies") -> str:
+    """Return a table of the markers with a name, and what came without."""
+    import numpy as np
+
+    seen = np.isfinite(markers.positions_m).all(axis=2).mean(axis=0)
+    rows = [["marker", "joint", "seen %"]]
+    rows += [
+        [name, known.markers.get(name, ""), figure(100 * share)]
+        for name, share in zip(markers.names, seen, strict=True)
+    ]
+    loose = float(np.mean(markers.loose_counts))
+    return f"{table(rows)}\n{len(markers.time_s)} readings of markers, with {loose:.1f} without a name each"
+
+
+def _marker_joint(words: list[str]) -> str:
+    """Return the joint of `set MARKER joint=...`.
+
+    Raises:
+        SettingsError: other words.
+    """
+    if len(words) != 1 or not words[0].startswith("joint="):
+        raise _wrong_words(
+            words, "joint= for a marker; it is a reference, and evidence only as part of a rigid body"
+        )
+    return words[0].removeprefix("joint=")
 
 
 def _find(take: "Take", words: list[str]) -> "TakeBodies":

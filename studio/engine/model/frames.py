@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.model.joints import LIMB_ROOTS
-from studio.engine.model.rigid_body import PlacedBody
+from studio.engine.model.rigid_body import PlacedBody, PlacedMarkers
 from studio.engine.timecode.timecode import Timecode
 
 
@@ -265,7 +265,7 @@ class StepResult:
     soles. `performer` is the number of the performer, from 1 in the order in which they came in; `undecided`: they
     could not be told apart from another. `others` are the steps of further performers at the same instant.
     `strangers` are the joints of those who are no performers, shape (21, 3) each, stage frame [m]. `timecode` is that
-    of the instant, where some comes in. `bodies` are the rigid bodies that another system sees at it.
+    of the instant, where some comes in. `bodies` and `markers` are what another system sees at it.
     """
 
     frame_set: FrameSet
@@ -282,6 +282,7 @@ class StepResult:
     strangers: tuple[NDArray[np.float64], ...] = ()
     timecode: Timecode | None = None
     bodies: tuple[PlacedBody, ...] = ()
+    markers: PlacedMarkers | None = None
 
     def each(self) -> "tuple[StepResult, ...]":
         """Return the step of every performer."""

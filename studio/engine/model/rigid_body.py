@@ -1,4 +1,4 @@
-"""A rigid body on the stage that another system tracks: a tracker, a controller, a thing that is held."""
+"""What another system tracks on the stage: rigid bodies (a tracker, a controller, a thing that is held), markers."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -50,3 +50,16 @@ class PlacedBody:
     rotation_wxyz: NDArray[np.float64]
     use: str = ""
     shape: RigidShape | None = None
+
+
+@dataclass(frozen=True)
+class PlacedMarkers:
+    """Markers at an instant, stage frame [m].
+
+    Attributes:
+        named_m: those with a name, shape (n, 3).
+        loose_m: those without, shape (m, 3).
+    """
+
+    named_m: NDArray[np.float64]
+    loose_m: NDArray[np.float64]

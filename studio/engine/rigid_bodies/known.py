@@ -32,11 +32,18 @@ class BodyPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         self, positions_m: NDArray[np.float64], rotations_wxyz: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return places, shape (n, 3), and rotations, shape (n, 4), of that system in the stage frame."""
+        turns = np.broadcast_to(self._turn, rotations_wxyz.shape)
+        return self.moved_points(positions_m), multiply(turns, rotations_wxyz)
+
+    def moved_points(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points of that system, shape (n, 3), in the stage frame."""
+        turns = np.broadcast_to(self._turn, (len(points_m), 4))
+        return rotate(turns, points_m) + np.array([self.x_m, self.y_m, self.z_m])
+
+    @property
+    def _turn(self) -> NDArray[np.float64]:
         half = np.radians(self.yaw_deg) / 2
-        turn = np.array([np.cos(half), 0.0, 0.0, np.sin(half)])
-        turns = np.broadcast_to(turn, rotations_wxyz.shape)
-        moved = rotate(turns, positions_m) + np.array([self.x_m, self.y_m, self.z_m])
-        return moved, multiply(turns, rotations_wxyz)
+        return np.array([np.cos(half), 0.0, 0.0, np.sin(half)])
 
 
 class KnownBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -79,6 +86,7 @@ class TakeBodies(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         later_s: how much later than they came their readings count [s]: what the network and their system take.
         ties: how bodies sit on their joints, by name; measured against a solve.
         calibration: number of the take's calibration under which the place holds; None = the stage's own.
+        markers: the canonical joints on which markers sit, by the marker's name.
     """
 
     place: BodyPlace = BodyPlace()
@@ -86,6 +94,7 @@ class TakeBodies(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     later_s: float = 0.0
     ties: dict[str, Tie] = {}
     calibration: int | None = None
+    markers: dict[str, str] = {}
 
     def named(self, name: str) -> KnownBody | None:
         """Return what a body is; None where nothing is said of it."""

@@ -39,11 +39,17 @@ def to_stage_axes(
         rotations_xyzw: shape (n, 4).
         axes: of the system.
     """
-    p, q = positions_m, rotations_xyzw
+    p, q = points_to_stage_axes(positions_m, axes), rotations_xyzw
     if axes == "z_up":
-        return p.copy(), q[:, [3, 0, 1, 2]]
-    turned = np.stack([q[:, 3], q[:, 0], -q[:, 2], q[:, 1]], axis=1)
+        return p, q[:, [3, 0, 1, 2]]
     if axes == "y_up":
-        return np.stack([p[:, 0], -p[:, 2], p[:, 1]], axis=1), turned
-    mirrored = np.stack([-p[:, 0], -p[:, 2], p[:, 1]], axis=1)
-    return mirrored, np.stack([q[:, 3], q[:, 0], q[:, 2], -q[:, 1]], axis=1)
+        return p, np.stack([q[:, 3], q[:, 0], -q[:, 2], q[:, 1]], axis=1)
+    return p, np.stack([q[:, 3], q[:, 0], q[:, 2], -q[:, 1]], axis=1)
+
+
+def points_to_stage_axes(points_m: NDArray[np.float64], axes: BodyAxes) -> NDArray[np.float64]:
+    """Return points of a system, shape (n, 3), in axes with z up."""
+    if axes == "z_up":
+        return points_m.copy()
+    x = points_m[:, 0] if axes == "y_up" else -points_m[:, 0]
+    return np.stack([x, -points_m[:, 2], points_m[:, 1]], axis=1)

@@ -13,7 +13,14 @@ from studio.live.states import RecordStopped
 from studio.take.folder.marker import Restart
 from studio.take.folder.meta import TakePerformerMeta
 from studio.take.library.live_solve import save_live_solve
-from studio.take.raw.live_log import BodiesEvent, LiveEvent, StoppedEvent, TickEvent, TimecodeEvent
+from studio.take.raw.live_log import (
+    BodiesEvent,
+    LiveEvent,
+    MarkersEvent,
+    StoppedEvent,
+    TickEvent,
+    TimecodeEvent,
+)
 from studio.take.raw.membership import BEGIN_NS
 from studio.take.rigid_bodies.kept import save_take_bodies
 from studio.take.timecode.kept import save_course, stage_course
@@ -31,7 +38,7 @@ class LiveRecording:
         stopping: its end was asked for.
         performers, names: who is known on a stage of several, at its beginning, and from its end on.
         timecode: what was read of it, each at a time on the server's clock [ns]; of any thread.
-        bodies_came: whether rigid bodies came in.
+        bodies_came: whether rigid bodies or markers came in.
         known_bodies: what the rigid bodies are; None = none came in.
         server_to_stage: the map to the stage clock at the end; None = the stage had none.
     """
@@ -92,8 +99,8 @@ class LiveRecording:
         self.timecode.append((time_ns, event))
         self.recorder.event(time_ns, event)
 
-    def add_bodies(self, time_ns: int, event: BodiesEvent) -> None:
-        """Write rigid bodies as they came, from any thread."""
+    def add_bodies(self, time_ns: int, event: BodiesEvent | MarkersEvent) -> None:
+        """Write rigid bodies or markers as they came, from any thread."""
         self.bodies_came = True
         self.recorder.event(time_ns, event)
 

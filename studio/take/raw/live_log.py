@@ -22,6 +22,7 @@ from studio.engine.model.calibration import (
 )
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
 from studio.engine.model.settings.settings import SettingsJson, SolveSettings
+from studio.engine.rigid_bodies.markers import MarkersReading
 from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
 
 if TYPE_CHECKING:
@@ -149,6 +150,13 @@ class BodiesEvent(msgspec.Struct, tag="rigid_bodies"):
     bodies: list[BodyReading]
 
 
+class MarkersEvent(msgspec.Struct, tag="markers"):
+    """At the time of this event another system told of markers, in its own axes (`MarkersReading`)."""
+
+    axes: BodyAxes
+    markers: MarkersReading
+
+
 KnownEvent = (
     StartEvent
     | ClockEvent
@@ -165,6 +173,7 @@ KnownEvent = (
     | StoppedEvent
     | TimecodeEvent
     | BodiesEvent
+    | MarkersEvent
 )
 
 

@@ -2,7 +2,8 @@
 
 `rigid_bodies.npz` has their motion on the stage clock, where their own system has it. It is made from the events
 `rigid_bodies` of the live log when it is first asked for, and anew where it is missing. `rigid_bodies.json` has what
-they are. `seen_props.npz` has the motion of props that depth cameras saw, in the stage frame.
+they are. `seen_props.npz` has the motion of props that depth cameras saw, in the stage frame. `markers.npz` has
+markers, as `rigid_bodies.npz` bodies, made of the events `markers`.
 """
 
 import json
@@ -19,17 +20,21 @@ from studio.engine.base.arrays import read_arrays, save_arrays
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.file_sentences import damaged
 from studio.engine.base.files import write_atomically, write_json
-from studio.engine.base.versions import BODY_TRACKS, TAKE_BODIES
+from studio.engine.base.versions import BODY_TRACKS, MARKER_TRACKS, TAKE_BODIES
 from studio.engine.model.frames import ClockModel
 from studio.engine.rigid_bodies.known import TakeBodies, check_bodies
+from studio.engine.rigid_bodies.markers import MarkerGatherer, MarkerTracks
 from studio.engine.rigid_bodies.tracks import BodyTrack, BodyTracks, tracks_of
 from studio.take.folder.take import Take
-from studio.take.raw.live_log import BodiesEvent, LiveEvent, StageClockEvent
+from studio.take.raw.live_log import BodiesEvent, LiveEvent, MarkersEvent, StageClockEvent
 from studio.take.raw.reader import RawReader
 from studio.take.raw.records import RawEvent
 
 TRACKS_FILE, KNOWN_FILE, SEEN_FILE = "rigid_bodies.npz", "rigid_bodies.json", "seen_props.npz"
+MARKERS_FILE = "markers.npz"
 _KEYS = ("names", "body", "time_s", "positions_m", "rotations_wxyz")
+_MARKER_KEYS = ("names", "time_s", "positions_m", "loose_counts", "loose_m")
+_DAMAGED = (ValueError, KeyError, IndexError, OSError, EOFError, zipfile.BadZipFile, zlib.error)
 
 
 def stage_tracks(events: Iterable[tuple[int, LiveEvent]], server_to_stage: ClockModel | None) -> BodyTracks:
@@ -100,13 +105,55 @@ def _told_tracks(take: Take) -> BodyTracks:
     path = take.path / TRACKS_FILE
     if path.is_file():
         return _load(path)
+    return _gathered(take)[0]
+
+
+def take_markers(take: Take) -> MarkerTracks:
+    """Return the markers that came in while a take was recorded, where their own system has them.
+
+    Raises:
+        FormatError: a file is damaged.
+        StudioError: the disk refuses.
+    """
+    path = take.path / MARKERS_FILE
+    if not path.is_file():
+        return _gathered(take)[1]
+    try:
+        values = read_arrays(path, _MARKER_KEYS, MARKER_TRACKS)
+        names, time_s, positions, counts, loose = (values[key] for key in _MARKER_KEYS)
+        shapes = (positions.shape, counts.shape, loose.shape)
+        if shapes != ((len(time_s), len(names), 3), time_s.shape, (int(counts.sum()), 3)):
+            raise ValueError("its times and places do not fit")
+        return MarkerTracks(tuple(names.tolist()), time_s.astype(np.float64), positions, counts, loose)
+    except _DAMAGED as error:
+        raise FormatError(damaged(path, error)) from error
+
+
+def _gathered(take: Take) -> tuple[BodyTracks, MarkerTracks]:
+    """Make both files of what was recorded; nothing where nothing came in."""
     if not (take.path / KNOWN_FILE).is_file() or not take.raw_path.is_file():
-        return BodyTracks()
-    events = [(one.time_ns, one.event) for one in RawReader(take.raw_path) if isinstance(one, RawEvent)]
-    clocks = [event.model for _, event in events if isinstance(event, StageClockEvent)]
-    tracks = stage_tracks(events, clocks[-1] if clocks else None)
+        return BodyTracks(), MarkerTracks()
+    told: list[tuple[int, LiveEvent]] = []
+    gatherer, clock = MarkerGatherer(), None
+    for one in RawReader(take.raw_path):
+        if not isinstance(one, RawEvent):
+            continue
+        match one.event:
+            case BodiesEvent() as event:
+                told.append((one.time_ns, event))
+            case MarkersEvent(axes=axes, markers=reading):
+                gatherer.add(one.time_ns, axes, reading)
+            case StageClockEvent() as event:
+                clock = event.model
+    tracks, markers = stage_tracks(told, clock), gatherer.tracks(clock)
     save_tracks(take, tracks)
-    return tracks
+    arrays: Mapping[str, ArrayLike] = {
+        "names": np.array(list(markers.names), str),
+        **{key: getattr(markers, key) for key in _MARKER_KEYS[1:]},
+    }
+    with write_atomically(take.path / MARKERS_FILE) as file:
+        save_arrays(file, arrays, MARKER_TRACKS)
+    return tracks, markers
 
 
 def _load(path: Path) -> BodyTracks:
@@ -119,7 +166,7 @@ def _load(path: Path) -> BodyTracks:
         for number, name in enumerate(values["names"].tolist()):
             mine = values["body"] == number
             tracks[str(name)] = BodyTrack(*(values[key][mine].astype(np.float64) for key in _KEYS[2:]))
-    except (ValueError, KeyError, IndexError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+    except _DAMAGED as error:
         raise FormatError(damaged(path, error)) from error
     return BodyTracks(tracks)
 

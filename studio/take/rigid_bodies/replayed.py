@@ -1,4 +1,4 @@
-"""The rigid bodies of a take at any time of its replay."""
+"""The rigid bodies and markers of a take at any time of its replay."""
 
 import logging
 from collections.abc import Sequence
@@ -7,23 +7,25 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from studio.engine.base.errors import StudioError
-from studio.engine.model.rigid_body import PlacedBody
+from studio.engine.model.rigid_body import PlacedBody, PlacedMarkers
 from studio.engine.rigid_bodies.known import KnownBody, TakeBodies
+from studio.engine.rigid_bodies.markers import MarkerTracks
 from studio.engine.rigid_bodies.tracks import BodyTrack, BodyTracks
 from studio.take.folder.solved import SolvedPerformer
 from studio.take.folder.take import Take
 from studio.take.rigid_bodies.kept import take_bodies
-from studio.take.rigid_bodies.used import prop_in_hand, stage_bodies
+from studio.take.rigid_bodies.used import prop_in_hand, stage_bodies, stage_markers
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class ReplayedBodies:
-    """The bodies of a take on the stage, and what they are."""
+    """The bodies of a take on the stage, what they are, and its markers on the stage."""
 
     tracks: BodyTracks = field(default_factory=BodyTracks)
     known: TakeBodies = field(default_factory=TakeBodies)
+    markers: MarkerTracks = field(default_factory=MarkerTracks)
 
     @classmethod
     def of(cls, take: Take, performers: Sequence[SolvedPerformer] = ()) -> "ReplayedBodies":
@@ -36,7 +38,8 @@ class ReplayedBodies:
             held = {
                 one.name: _in_hand(found.tracks[one.name], one, performers) for one in props if performers
             }
-            return cls(BodyTracks({**found.tracks, **held}, found.on_stage), known)
+            markers = stage_markers(take, known)
+            return cls(BodyTracks({**found.tracks, **held}, found.on_stage), known, markers)
         except StudioError as error:
             _log.warning("%s", error)
             return NO_BODIES
@@ -51,6 +54,10 @@ class ReplayedBodies:
                 said = ("", None) if one is None else (one.use, one.shape)
                 found.append(PlacedBody(name, positions[0], rotations[0], *said))
         return tuple(found)
+
+    def markers_at(self, time_s: float) -> PlacedMarkers | None:
+        """Return the markers that were seen at a stage time [s]; None = none."""
+        return self.markers.at(time_s)
 
 
 def _in_hand(track: BodyTrack, body: KnownBody, performers: Sequence[SolvedPerformer]) -> BodyTrack:

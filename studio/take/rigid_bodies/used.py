@@ -15,13 +15,14 @@ from studio.engine.model.calibration import Performer
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.model.poses import Poses
 from studio.engine.rigid_bodies.known import KnownBody, TakeBodies, Tie
+from studio.engine.rigid_bodies.markers import MarkerTracks
 from studio.engine.rigid_bodies.pins import BodyPins
 from studio.engine.rigid_bodies.props import HANDS, prop_poses
 from studio.engine.rigid_bodies.tie import joint_places_m, measure_ties
 from studio.engine.rigid_bodies.tracks import BodyTrack, BodyTracks
 from studio.take.folder.solved import SolvedPerformer, solved_performers
 from studio.take.folder.take import PERFORMER, Take
-from studio.take.rigid_bodies.kept import save_take_bodies, take_bodies, take_tracks
+from studio.take.rigid_bodies.kept import save_take_bodies, take_bodies, take_markers, take_tracks
 
 REFERENCE_HZ = 120.0
 
@@ -34,6 +35,16 @@ def stage_bodies(take: Take, bodies: TakeBodies | None = None) -> BodyTracks:
     """
     known = take_bodies(take) if bodies is None else bodies
     return take_tracks(take).placed(known.place, known.later_s)
+
+
+def stage_markers(take: Take, bodies: TakeBodies | None = None) -> MarkerTracks:
+    """Return a take's markers in the stage frame.
+
+    Raises:
+        FormatError: a file is damaged.
+    """
+    known = take_bodies(take) if bodies is None else bodies
+    return take_markers(take).placed(known.place, known.later_s)
 
 
 def name_body(take: Take, body: KnownBody) -> TakeBodies:

@@ -49,7 +49,7 @@ class Clip:
         undecided_s: by performer the spans of stage time [s] in which they were not told apart from another.
         here: whether this performer is on the stage, shape (frame_count,); None = always.
         others: the clips of further performers, with the same frames.
-        bodies: the rigid bodies that another system tracked.
+        bodies: the rigid bodies and markers that another system tracked.
     """
 
     take: str
@@ -138,8 +138,9 @@ class Clip:
         if not found:
             nobody = self._own_step(frame)
             return replace(nobody, positions_m=np.full_like(nobody.positions_m, np.nan))
-        bodies = self.bodies.at(float(self.poses.time_s[frame]))
-        return replace(found[0], others=tuple(found[1:]), bodies=bodies)
+        time_s = float(self.poses.time_s[frame])
+        bodies, markers = self.bodies.at(time_s), self.bodies.markers_at(time_s)
+        return replace(found[0], others=tuple(found[1:]), bodies=bodies, markers=markers)
 
     def trails(self, frame: int, frames: int) -> dict[int, NDArray[np.float64]]:
         """Return the joints' places up to a frame by the performer's number, shape (N, 52, 3), N `frames` at most."""

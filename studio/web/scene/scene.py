@@ -1,5 +1,5 @@
 """The layers of the browser view: floor, cameras, points, skeletons, effectors, character, ghost, trails,
-rigid bodies."""
+rigid bodies, markers."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -15,6 +15,7 @@ from studio.engine.model.joints import JOINT_COUNT
 from studio.web.scene.bodies import BodyNodes
 from studio.web.scene.clouds import Cloud, CloudNodes
 from studio.web.scene.frusta import Frustum, Picture
+from studio.web.scene.markers import MarkerNodes
 from studio.web.scene.palette import STRANGER_RGB, camera_colours
 from studio.web.scene.performers.figure import PerformerFigure
 from studio.web.scene.performers.names import name_places
@@ -29,7 +30,7 @@ LAYERS: dict[str, tuple[str, bool]] = {
     "effectors": ("Effectors and look", False),
     "ghost": ("Ghost", True),
     "trails": ("Trails", False),
-    "bodies": ("Rigid bodies", True),
+    "bodies": ("Rigid bodies, markers", True),
     "points": ("Points", False),
     "cameras": ("Cameras", True),
     "floor": ("Floor", True),
@@ -78,7 +79,7 @@ class Scene:
         self._figures: dict[int, PerformerFigure] = {}
         self._robot: ChosenRobot | None = None
         self._strangers: list[RawSkeleton] = []
-        self._bodies = BodyNodes(server)
+        self._bodies, self._markers = BodyNodes(server), MarkerNodes(server)
         self._frusta: dict[str, Frustum] = {}
         self._clouds = CloudNodes(server)
         self._calibration: Calibration | None = None
@@ -192,6 +193,7 @@ class Scene:
             self._figures[number].hide()
         self._draw_strangers(result.strangers)
         self._bodies.draw(result.bodies)
+        self._markers.draw(result.markers)
 
     def _figure(self, number: int) -> PerformerFigure:
         if number not in self._figures:
@@ -220,6 +222,7 @@ class Scene:
             figure.hide()
         self._draw_strangers(())
         self._bodies.draw(())
+        self._markers.draw(None)
 
 
 def _light(scene: viser.SceneApi) -> None:

@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.animation.clip.options import ExportOptions
-from studio.engine.animation.export.points import points_of
+from studio.engine.animation.export.points import LabelledPoints, points_of
 from studio.engine.animation.read.c3d_worker import load_ezc3d
+from studio.engine.animation.read.landmarks import MARKER_ENDING
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
 from studio.engine.model.poses import Poses
+from studio.engine.timecode.timecode import Timecode
 
 _LARGEST_RESIDUAL = 127  # signed byte
 _MOST_FRAMES = 65_535
@@ -31,30 +33,38 @@ def write_c3d(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
         NotAvailableError: as `load_ezc3d`.
         StudioError: the file cannot be written.
     """
-    if poses.frame_count > _MOST_FRAMES:
-        raise FormatError(
-            "export.c3d_frames",
-            "poses: {n} frames; a C3D file holds at most {most}: lower --fps, or export a part",
-            n=poses.frame_count,
-            most=_MOST_FRAMES,
-        )
-    points = points_of(poses)
+    _check_count(poses.frame_count)
+    first = None if options.timecodes is None else options.timecodes.timecodes_at(poses.time_s[:1])[0]
+    write_points_c3d(points_of(poses), poses.frames_per_second, path, first)
+
+
+def write_points_c3d(
+    points: LabelledPoints, rate_hz: float, path: str | os.PathLike[str], first: Timecode | None = None
+) -> None:
+    """Write points as a C3D file, atomically; the first frame is frame 1, at time 0, with the timecode `first`.
+
+    Raises:
+        FormatError: more frames than the format can count.
+        NotAvailableError: as `load_ezc3d`.
+        StudioError: the file cannot be written.
+    """
+    _check_count(len(points.positions_m))
     gaps = ~np.isfinite(points.positions_m).all(axis=2)
     radius = np.clip(np.round(np.nan_to_num(points.radius_mm)), 0, _LARGEST_RESIDUAL)
-    values = np.ones((4, len(points.labels), poses.frame_count))
+    values = np.ones((4, len(points.labels), len(points.positions_m)))
     values[:3] = points.positions_m.transpose(2, 1, 0) * 1000.0
     file = load_ezc3d().c3d()
     parameters = file["parameters"]["POINT"]
-    parameters["RATE"]["value"] = [poses.frames_per_second]
+    parameters["RATE"]["value"] = [rate_hz]
     parameters["UNITS"]["value"] = ["mm"]
     parameters["LABELS"]["value"] = list(points.labels)
     parameters["DESCRIPTIONS"]["value"] = [
-        "joint centre" if label.islower() else "marker on the skin" for label in points.labels
+        "joint centre" if label.islower() and not label.endswith(MARKER_ENDING) else "marker on the skin"
+        for label in points.labels
     ]
     file.add_parameter("POINT", "X_SCREEN", ["+X"])
     file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
-    if options.timecodes is not None:
-        first = options.timecodes.timecodes_at(poses.time_s[:1])[0]
+    if first is not None:
         file.add_parameter("TIMECODE", "START", [str(first)])
         file.add_parameter("TIMECODE", "RATE", [first.rate.name])
         file.add_parameter("TIMECODE", "FRAMES_PER_SECOND", [first.rate.fps])
@@ -66,6 +76,16 @@ def write_c3d(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
         written = Path(folder) / "points.c3d"
         file.write(str(written))
         target.write(_with_residuals(written.read_bytes(), np.where(gaps, -1.0, radius)))
+
+
+def _check_count(frames: int) -> None:
+    if frames > _MOST_FRAMES:
+        raise FormatError(
+            "export.c3d_frames",
+            "poses: {n} frames; a C3D file holds at most {most}: lower --fps, or export a part",
+            n=frames,
+            most=_MOST_FRAMES,
+        )
 
 
 def _with_residuals(content: bytes, residuals: NDArray[np.float64]) -> bytes:

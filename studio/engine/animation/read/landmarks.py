@@ -4,6 +4,8 @@ Marker sets: Plug-in Gait (Vicon) and similar ones (CMU's). A centre lies inside
 leg, which is accurate enough for comparing motion, not for a clinic; a fit removes the remaining constant offset.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,9 @@ Array = NDArray[np.float64]
 _CENTRES = {"HJC": "hip", "KJC": "knee", "AJC": "ankle", "SJC": "shoulder", "EJC": "elbow", "WJC": "wrist"}
 _OTHER_NAMES = {"LASI": "LFWT", "RASI": "RFWT", "LPSI": "LBWT", "RPSI": "RBWT"}
 _USUAL_LEG_M = 0.84
+MARKER_ENDING = "_marker"
+"""A label such as `left_knee_marker` is a marker that somebody put on that joint."""
+
 _KNEE_HALF_M, _ANKLE_HALF_M, _ELBOW_HALF_M, _SHOULDER_BELOW_M = 0.055, 0.042, 0.040, 0.050
 _LEAST_JOINTS = 3
 
@@ -41,6 +46,8 @@ def canonical_points(points: NamedPoints) -> Array:
     for column, label in enumerate(points.names):
         if label in INDEX:
             out[:, INDEX[label]] = points.positions_m[:, column]
+        elif _joint_of(label):
+            out[:, INDEX[_joint_of(label)]] = points.positions_m[:, column]
         elif label[:1] in "LR" and label[1:] in _CENTRES:
             side = "left" if label[0] == "L" else "right"
             out[:, INDEX[f"{side}_{_CENTRES[label[1:]]}"]] = points.positions_m[:, column]
@@ -49,7 +56,8 @@ def canonical_points(points: NamedPoints) -> Array:
         raise FormatError(
             "animation.labels",
             "only {n} joints are told by the labels {labels}; known are the canonical joints "
-            "(left_knee), HumanIK's (LeftLeg), joint centres (LKJC) and Plug-in Gait's markers",
+            "(left_knee), markers on them (left_knee_marker), HumanIK's (LeftLeg), joint centres (LKJC) and "
+            "Plug-in Gait's markers",
             n=told,
             labels=", ".join(points.names)[:300],
         )
@@ -57,8 +65,19 @@ def canonical_points(points: NamedPoints) -> Array:
 
 
 def uses_markers(points: NamedPoints) -> bool:
-    """Whether joints without a named centre are estimated from surface markers."""
-    return {"LKNE", "RKNE"} <= set(points.names) and "left_knee" not in points.names
+    """Whether joints without a named centre are estimated from surface markers, or told by markers on them."""
+    return names_markers(points.names) and "left_knee" not in points.names
+
+
+def names_markers(names: Sequence[str]) -> bool:
+    """Whether labels without their subject are those of markers: Plug-in Gait's, or such as `left_knee_marker`."""
+    return {"LKNE", "RKNE"} <= set(names) or any(map(_joint_of, names))
+
+
+def _joint_of(label: str) -> str:
+    """Return the joint that a label says its marker is on; "" = none."""
+    joint = label.removesuffix(MARKER_ENDING)
+    return joint if joint != label and joint in INDEX else ""
 
 
 def _from_markers(points: NamedPoints) -> Array:

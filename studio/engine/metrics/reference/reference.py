@@ -1,6 +1,5 @@
 """A reference motion, against which a solve is measured."""
 
-import csv
 import os
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,14 +16,13 @@ from studio.engine.animation.read.files import ENDINGS, read_animation
 from studio.engine.animation.read.landmarks import canonical_points, uses_markers
 from studio.engine.animation.read.points import NamedPoints
 from studio.engine.base.errors import FormatError
-from studio.engine.base.files import write_atomically
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.metrics.reference.kinds import REFERENCE_KINDS
+from studio.engine.metrics.reference.points_csv import read_points_csv, write_points_csv
 from studio.engine.metrics.reference.target_table import read_target_table
 from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT
 from studio.engine.model.poses import Poses
 
-_AXES = ("x", "y", "z")
 LONGEST_STEP_S, _GAP_STEPS = 0.5, 5.0
 """Between samples that are further apart than this, and than so many usual steps, nothing is known."""
 
@@ -83,18 +81,12 @@ class Reference:
         return out
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the known joints as `read_csv` reads them, atomically.
+        """Write the known joints as `read_points_csv` reads them, atomically.
 
         Raises:
             StudioError: the file cannot be written.
         """
-        joints = self.known_joints
-        columns = self.positions_m[:, self.known].reshape(len(self.time_s), -1)
-        lines = [",".join(["time_s", *(f"{joint}_{axis}" for joint in joints for axis in _AXES)])]
-        for time_s, row in zip(self.time_s.tolist(), columns.tolist(), strict=True):
-            lines.append(",".join([f"{time_s:.6f}", *("" if one != one else f"{one:.6f}" for one in row)]))
-        with write_atomically(path) as file:
-            file.write(("\n".join(lines) + "\n").encode())
+        write_points_csv(path, self.time_s, self.known_joints, self.positions_m[:, self.known])
 
     @cached_property
     def _splines(self) -> list[tuple[NDArray[np.int64], NDArray[np.bool_], Any]]:
@@ -140,8 +132,8 @@ class Markers:
 def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None) -> "Reference | Markers":
     """Return the reference in a file, by its kind; one without a clock begins at time 0.
 
-    Joint centres: CSV (see `read_csv`), BVH, FBX, GLB, C3D and TRC of joint centres, `poses.npz` of another solve.
-    Markers: C3D and TRC of markers (`animation.read.landmarks`), a table of rigid targets (.txt).
+    Joint centres: CSV (see `read_points_csv`), BVH, FBX, GLB, C3D and TRC of joint centres, a solve's `poses.npz`.
+    Markers: C3D, TRC and CSV of markers (`animation.read.landmarks`), a table of rigid targets (.txt).
 
     Args:
         path: the file.
@@ -161,7 +153,7 @@ def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None)
         )
     kind = path.suffix.lower()
     if kind == ".csv":
-        return read_csv(path)
+        return _of_csv(read_points_csv(path))
     if kind in ENDINGS:
         animation = read_animation(path, unit_m=unit_m)
         if not isinstance(animation, Motion):
@@ -210,6 +202,15 @@ def reference_facts(path: Path) -> ReferenceFacts:
     )
 
 
+def _of_csv(points: NamedPoints) -> "Reference | Markers":
+    """Joint centres where joints are named, which are then all there is; else markers."""
+    if points.names[0] not in INDEX:
+        return _of_points(points)
+    positions = np.full((len(points.time_s), JOINT_COUNT, 3), np.nan)
+    positions[:, [INDEX[name] for name in points.names]] = points.positions_m
+    return Reference(points.time_s, positions)
+
+
 def _of_points(points: NamedPoints) -> "Reference | Markers":
     """Joint centres by name; centres estimated from markers keep a constant offset and count as markers."""
     joints = canonical_points(points)
@@ -217,94 +218,3 @@ def _of_points(points: NamedPoints) -> "Reference | Markers":
         return Reference(points.time_s, joints)
     known = np.flatnonzero(np.isfinite(joints).all(axis=2).any(axis=0))
     return Markers(points.time_s, tuple(CANONICAL[k] for k in known), joints[:, known])
-
-
-def read_csv(path: Path) -> Reference:
-    """Return the reference in a CSV: `time_s`, then `<joint>_x,_y,_z` per joint in metres, empty = unknown.
-
-    Joints that are not canonical are ignored.
-
-    Raises:
-        FormatError: a column or value is missing or is not a number; the message names the line.
-    """
-    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
-        rows = csv.reader(file)
-        header = [name.strip() for name in next(rows, [])]
-        columns = _columns(path, header)
-        time_column = header.index("time_s")
-        times: list[float] = []
-        values: list[list[float]] = []
-        for row in rows:
-            if not row:
-                continue
-            if len(row) != len(header):
-                raise FormatError(
-                    "reference.row_length",
-                    "{path}, line {line}: {n} values where the header has {count}; is the file cut off?",
-                    path=path,
-                    line=rows.line_num,
-                    n=len(row),
-                    count=len(header),
-                )
-            try:
-                times.append(float(row[time_column]))
-                values.append([float(row[c]) if row[c].strip() else np.nan for _, _, c in columns])
-            except ValueError as error:
-                raise FormatError(
-                    "table.not_a_number",
-                    "{path}, line {line}: {error}; every value must be a number",
-                    path=path,
-                    line=rows.line_num,
-                    error=error,
-                ) from error
-            if not np.isfinite(times[-1]) or (len(times) > 1 and times[-1] <= times[-2]):
-                raise FormatError(
-                    "reference.time_order",
-                    "{path}, line {line}: time_s must be finite and increase from line to line",
-                    path=path,
-                    line=rows.line_num,
-                )
-    if len(times) < 4:
-        raise FormatError(
-            "reference.few_samples_file",
-            "{path}: only {n} samples; a reference needs at least 4",
-            path=path,
-            n=len(times),
-        )
-    positions = np.full((len(times), JOINT_COUNT, 3), np.nan)
-    array = np.array(values)
-    for k, (joint, axis, _) in enumerate(columns):
-        positions[:, joint, axis] = array[:, k]
-    positions[~np.isfinite(positions).all(axis=2)] = np.nan
-    return Reference(time_s=np.array(times), positions_m=positions)
-
-
-def _columns(path: Path, header: list[str]) -> list[tuple[int, int, int]]:
-    """Return (canonical joint index, axis index, column) of every compared column."""
-    if "time_s" not in header:
-        raise FormatError(
-            "reference.no_time_column",
-            "{path}, line 1: no column time_s; needed: time_s,<joint>_x,<joint>_y,<joint>_z,...",
-            path=path,
-        )
-    columns = []
-    for joint in CANONICAL:
-        present = [axis for axis in _AXES if f"{joint}_{axis}" in header]
-        missing = [f"{joint}_{axis}" for axis in _AXES if axis not in present]
-        if present and missing:
-            raise FormatError(
-                "reference.missing_column",
-                "{path}, line 1: the column {column} is missing; a joint needs _x, _y and _z",
-                path=path,
-                column=missing[0],
-            )
-        if present:
-            columns += [(INDEX[joint], a, header.index(f"{joint}_{axis}")) for a, axis in enumerate(_AXES)]
-    if not columns:
-        raise FormatError(
-            "reference.no_known_joint",
-            "{path}, line 1: no joint is known; known joints: {known}",
-            path=path,
-            known=[*CANONICAL],
-        )
-    return columns

@@ -9,6 +9,7 @@ const SYSTEMS = { natnet: ["natnet_server", "natnet_port"], osc: ["host", "osc_p
 const NUMBERS = ["natnet_port", "osc_port"];
 const USES = ["", "prop", "evidence", "reference"];
 const JOINTS = ["", "head", "left_hand", "right_hand", "left_wrist", "right_wrist", "left_elbow", "right_elbow", "chest", "hips", "left_knee", "right_knee", "left_ankle", "right_ankle"];
+const HANDS = ["left_hand", "right_hand"];
 const panel = { settings: null, status: null, measured: [] };
 
 const change = (changes) => attempt(async () => {
@@ -41,8 +42,12 @@ function choice(name, key, values, value, words) {
     values.map((one) => h("option", { value: one, selected: one === value }, words(one))));
 }
 
-/** How a body that is evidence sits on its joint: whether it pins the live solve. */
+/** What becomes of a prop, or of a body that is evidence: whether it pins the live solve. */
 function tie(name, known) {
+  if (known?.use === "prop") {
+    const hand = HANDS.includes(known.joint);
+    return h("p", { class: "count" }, hand ? t("rigid.held_by", { joint: known.joint.replace("_", " ") }) : t("rigid.held"));
+  }
   if (known?.use !== "evidence") return null;
   const measured = panel.settings.ties[name];
   return h("p", { class: "count" }, measured ? t("rigid.pins", { joint: known.joint.replace("_", " "), mm: number(measured.residual_mm, 0) }) : t("rigid.pins_not"));
@@ -71,12 +76,19 @@ function body({ name, seen }) {
     tie(name, known));
 }
 
+/** What comes of a system: markers come by NatNet alone. */
+function come(name, { packets }) {
+  const { bodies, markers, loose_markers: loose } = panel.status;
+  if (name !== "natnet" || !markers && !loose) return t(packets ? "rigid.comes" : "set.nothing");
+  return [bodies.some(({ seen }) => seen) && t("rigid.comes"), markers && t("rigid.markers", { n: markers }), loose && t("rigid.loose", { n: loose })].filter(Boolean).join(", ");
+}
+
 function system(name) {
   const { settings, status } = panel;
   const one = status[name];
   const fields = SYSTEMS[name].map((key) => h("label", { class: "field" }, h("span", {}, t(`rigid.${key}`)),
     h("input", { id: `rigid-${key}`, type: "text", spellcheck: false, value: String(settings[key]), onchange: (event) => change({ [key]: valueOf(key, event.currentTarget.value) }) })));
-  const words = one.problem ? said(one.problem) : [one.server, t(one.packets ? "rigid.comes" : "set.nothing"), one.refused && t("rigid.refused", { n: one.refused })].filter(Boolean).join(", ");
+  const words = one.problem ? said(one.problem) : [one.server, come(name, one), one.refused && t("rigid.refused", { n: one.refused })].filter(Boolean).join(", ");
   return h("li", { class: "trigger" },
     h("label", { class: "check" },
       h("input", { id: `rigid-${name}`, type: "checkbox", checked: settings[name], onchange: (event) => change({ [name]: event.currentTarget.checked }) }),
@@ -91,7 +103,7 @@ function draw() {
   if (!settings || !status || byId("rigid").contains(focused) && focused.matches("input[type=text], select")) return;
   // what changes by itself draws nothing anew
   const systems = Object.keys(SYSTEMS).map((name) => ({ ...status[name], packets: status[name].packets > 0 }));
-  const shown = [systems, status.problem, status.bodies.map(({ name, seen }) => [name, seen])];
+  const shown = [systems, status.problem, status.markers, status.loose_markers, status.bodies.map(({ name, seen }) => [name, seen])];
   redraw(byId("rigid"), [settings, shown, measured], () => [
     h("h3", {}, t("rigid.title")),
     status.problem && h("p", { class: "bad" }, said(status.problem)),

@@ -155,7 +155,7 @@ export default {
   "animation.damaged": "{path} est abîmé : {error} ; exportez-le à nouveau",
   "animation.ending": "{path} : une animation finit par {kinds} ; convertissez-la",
   "animation.few_points": "{what} : trop peu du corps est connu pour en tirer les proportions ; nommez plus de points",
-  "animation.labels": "seules {n} articulations sont connues par les noms {labels} ; connus : les articulations canoniques (left_knee), celles de HumanIK (LeftLeg), les centres articulaires (LKJC) et les marqueurs de Plug-in Gait",
+  "animation.labels": "seules {n} articulations sont connues par les noms {labels} ; connus : les articulations canoniques (left_knee), les marqueurs qu'elles portent (left_knee_marker), celles de HumanIK (LeftLeg), les centres articulaires (LKJC) et les marqueurs de Plug-in Gait",
   "animation.no_hips": "{what} : pas d'articulation pour les hanches sous un nom connu ; renommez ses articulations",
   "animation.no_hips_joint": "{what} : pas d'articulation pour les hanches sous un nom connu ; il a {others} ; renommez ses articulations",
   "animation.no_hips_point": "{what} : aucun point n'indique les hanches dans deux images au moins ; nommez ses points",

@@ -33,5 +33,7 @@ export default {
   "rigid.told_already": "un autre système parlait de {name} pendant cette prise ; donnez un autre nom à l'accessoire",
   "rigid.no_depth": "{take} n'a pas d'images de profondeur où voir un accessoire",
   "rigid.not_found": "rien de la forme de {name} n'a été vu dans {take} ; dites où il est à un instant, par at=SECONDES,X,Y,Z",
+  "rigid.no_markers": "aucun marqueur nommé n'est venu pendant cette prise, ou aucun de {asset} ; il y a : {assets}",
+  "rigid.marker_joint": "{joint} a déjà le marqueur {other} ; retirez-le d'abord : studio rigid TAKE set {other} joint=",
   "rigid.words": "{given} ne convient pas ; permis : {allowed}"
 };
