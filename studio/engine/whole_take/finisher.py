@@ -40,7 +40,7 @@ from studio.engine.whole_take.finish.trajectory import Kinematics, moved, steps_
 from studio.engine.whole_take.finish.windows import MARGIN, WINDOW
 from studio.engine.whole_take.physics.correction import ITERATIONS as PHYSICS_ITERATIONS
 from studio.engine.whole_take.physics.whole_take import Physics
-from studio.engine.whole_take.stepping import BESIDE, Passes, Steps
+from studio.engine.whole_take.stepping import HELD, Passes, Steps
 
 ITERATIONS = 3
 SCALED_ITERATIONS = 1
@@ -245,7 +245,7 @@ class Finisher:
         moves = share[:, 0] > 0.0
         self._steps = self._steps_with(edited.pins, ~moves)
         rows = [
-            (max(begin - BESIDE, first), min(end + BESIDE, last))
+            (max(begin - HELD, first), min(end + HELD, last))
             for first, last in pieces
             for begin, end in runs(moves[first:last], first)
         ]

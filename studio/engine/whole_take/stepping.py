@@ -15,9 +15,6 @@ from studio.engine.whole_take.finish.windows import MARGIN, WINDOW
 HELD = 2
 """Fixed frames at the far end of a margin; an acceleration spans two further frames."""
 
-BESIDE = 30
-"""Fixed frames beside a stretch that is solved on its own, with whose accelerations its own are compared."""
-
 MIN_FRAMES = 6
 """Shorter pieces between gaps are not refined."""
 
@@ -82,8 +79,8 @@ class Steps:
                     self._readings.of(low, high),
                     None if contacts is None else contacts.part(slice(low, high)),
                     held=(
-                        max(HELD * (low > first), self._fixed_run(low, high)),
-                        max(HELD * (high < last), self._fixed_run(high - 1, low - 1)),
+                        HELD if low > first or self._is_fixed(low) else 0,
+                        HELD if high < last or self._is_fixed(high - 1) else 0,
                     ),
                     others=here,
                     pinned=None if pinned is None else pinned.part(slice(low, high)),
@@ -94,9 +91,5 @@ class Steps:
                 self._passes.tell(end / len(q))
         self._passes.done += 1
 
-    def _fixed_run(self, begin: int, end: int) -> int:
-        """Number of frames from `begin` towards `end`, which is not reached, that do not move before one does."""
-        if self._fixed is None:
-            return 0
-        way = range(begin, end, 1 if end > begin else -1)
-        return next((k for k, frame in enumerate(way) if not self._fixed[frame]), len(way))
+    def _is_fixed(self, frame: int) -> bool:
+        return self._fixed is not None and bool(self._fixed[frame])
