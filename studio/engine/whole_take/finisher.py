@@ -260,7 +260,7 @@ class Finisher:
         return _Refined(q, pieces, stands, moves, (before, contacts))
 
     def _steps_with(self, pins: Pins | None, fixed: NDArray[np.bool_] | None = None) -> Steps:
-        known = Known(pins, self._times_s, self._dt, self._humanoid.skeleton.height_m)
+        known = Known(pins or None, self._times_s, self._dt, self._humanoid.skeleton.height_m)
         return Steps(self._readings, known, self._passes, fixed)
 
     @property
