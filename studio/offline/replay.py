@@ -18,6 +18,7 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.whole_take.collect import collect_poses
+from studio.engine.whole_take.edited import edited_of
 from studio.engine.whole_take.mending.floor import lift_of_pins_m
 from studio.engine.whole_take.mending.frames import edited_frames
 from studio.engine.whole_take.residuals import SolveResiduals
@@ -229,8 +230,13 @@ class _PerformerSolve:
         agreeing = without_named(calibration, frames, self._found)
         start_s = take.meta["calibration_s"]
         lifted_m = lift_of_pins_m(agreeing, calibration, settings, edits, start_s=start_s)
-        edited = edited_frames(agreeing, calibration, edits, lifted_m=lifted_m)
-        self._every = Joined(list(edited.values()))
+        frames = edited_frames(agreeing, calibration, edits, lifted_m=lifted_m)
+        pins = pins_of(take, performer, edits, calibration.performer)
+        edited = edited_of(agreeing, frames, pins, calibration, start_s)
+        if edited is not None:
+            edited = replace(edited, frames=Joined(list(frames.values())))
+            frames, pins = agreeing, pins_of(take, performer, (), calibration.performer)
+        self._every = Joined(list(frames.values()))
         self.solve = TakeSolve(
             self._every,
             calibration,
@@ -240,7 +246,8 @@ class _PerformerSolve:
             residuals=self._residuals,
             physics=self._physics,
             trace=self._trace,
-            pins=pins_of(take, performer, edits, calibration.performer),
+            pins=pins,
+            edited=edited,
         )
 
     def solved(self, poses: Poses) -> Solved:

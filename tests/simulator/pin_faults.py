@@ -17,6 +17,9 @@ CLICK_M = 0.02
 """Standard deviation of a place that a person clicks, as a distance."""
 
 
+LENGTHS_S = {"lost": 1.0, "swapped": 2.0, "held": 1.0, "stuck": 1.5}
+"""Duration of each kind of fault; it is a second or more from the ends of the performance."""
+
 DRAWN = 6
 """Times of which a foot is held in one."""
 
@@ -48,7 +51,7 @@ def a_fault(
         true_m: returns the true joints [m], shape (time_count, 21, 3), at times [s].
     """
     side = str(rng.choice(["left", "right"]))
-    length = {"swapped": 2.0, "stuck": 1.5}.get(kind, 1.0)
+    length = LENGTHS_S[kind]
     begins = rng.uniform(span_s[0] + 1.0, span_s[1] - length - 1.0, size=DRAWN if kind == "held" else 1)
     if kind == "held":
         foot = INDEX[f"{side}_ankle"]

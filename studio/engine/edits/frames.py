@@ -38,6 +38,12 @@ class Changed(FramesOnDemand):
     def at(self, index: int) -> CameraFrame:
         return self._changed[index] if index in self._changed else self._frames[index]
 
+    def changed_from(self, frames: Sequence[CameraFrame]) -> set[int]:
+        """Return the indices of what differs from the frames that it was made of."""
+        below = self._frames
+        earlier = below.changed_from(frames) if below is not frames and isinstance(below, Changed) else set()
+        return earlier | set(self._changed)
+
 
 def stage_s(calibration: Calibration, camera: str) -> Callable[[CameraFrame], float]:
     """Return what tells the stage time of a camera's frames [s]."""
@@ -50,6 +56,23 @@ def places_between(
 ) -> range:
     """Return the indices of a camera's frames, in order of time, between two stage times [s]."""
     return range(bisect_left(frames, begin_s, key=time_of), bisect_right(frames, end_s, key=time_of))
+
+
+def changed_spans_s(frames: Frames, edited: Frames, calibration: Calibration) -> list[tuple[float, float]]:
+    """Return the times of frames that edits changed, as spans without a length [s].
+
+    Args:
+        frames: by camera.
+        edited: the same, as edits leave them.
+        calibration: has the cameras' clocks.
+    """
+    return [
+        (time_s, time_s)
+        for name, mine in edited.items()
+        if mine is not frames[name] and isinstance(mine, Changed) and name in calibration.cameras
+        for place in mine.changed_from(frames[name])
+        for time_s in [stage_s(calibration, name)(mine[place])]
+    ]
 
 
 def doubted(frames: Frames, calibration: Calibration, edits: Sequence[Edit]) -> Frames:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.edits.edit import Edit, PinEdit
+from studio.engine.edits.edit import ContactEdit, Edit, PinEdit
 from studio.engine.edits.stances import Stances
 from studio.engine.edits.timing import of_kind, share
 from studio.engine.edits.touches import Touches
@@ -26,6 +26,7 @@ class Pins:
     Attributes:
         stances: what is said about their feet.
         touches: what is said about contacts of other joints.
+        spans_s: begin and end of what edits say of pins, stances and contacts [s].
     """
 
     def __init__(self, edits: Sequence[Edit], performer: Performer | None = None) -> None:
@@ -39,11 +40,9 @@ class Pins:
         self.stances, self.touches = Stances(edits), Touches(edits)
         self._pins = [pin for pin in of_kind(edits, PinEdit) if pin.joint in INDEX]
         self._spans = [
-            (pin.start_s, pin.end_s)
-            if pin.start_s == pin.end_s
-            else (pin.start_s - pin.ease_s, pin.end_s + pin.ease_s)
-            for pin in self._pins
+            (pin.start_s, pin.end_s) if pin.start_s == pin.end_s else _with_ease(pin) for pin in self._pins
         ]
+        self.spans_s = [*self._spans, *(_with_ease(edit) for edit in of_kind(edits, ContactEdit))]
 
     def __bool__(self) -> bool:
         return bool(self._pins) or bool(self.stances) or bool(self.touches)
@@ -75,6 +74,10 @@ class Pins:
         middle = 0.5 * (begin_s + end_s)
         found = self.at(np.array([middle]), end_s - begin_s)
         return Pinned(found.place_m[0], found.radius_m[0], found.information[0], self._reach_m)
+
+
+def _with_ease(edit: Edit) -> tuple[float, float]:
+    return edit.start_s - edit.ease_s, edit.end_s + edit.ease_s
 
 
 def _told(pin: PinEdit, time_s: NDArray[np.float64], dt: float) -> NDArray[np.float64]:

@@ -89,6 +89,10 @@ class Pipeline:
         """Use other settings from now on, and reset the motion."""
         self._build(self._calibration, settings)
 
+    def set_pins(self, pins: Pins | None) -> None:
+        """Know other places of joints from now on."""
+        self._pins = pins or None
+
     def newest_stage_ns(self) -> dict[str, int]:
         """Stage time of each camera's newest frame, for `Schedule.due`."""
         return self._sync.newest_stage_ns()

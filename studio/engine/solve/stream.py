@@ -1,5 +1,7 @@
 """Solves frames as they arrive and returns poses when they are due: a `Pipeline` with its `Schedule`."""
 
+from copy import deepcopy
+
 from studio.engine.edits.pins import Pins
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
@@ -22,6 +24,12 @@ class Stream:
         """
         self.pipeline = Pipeline(calibration, settings, pins=pins)
         self._schedule = Schedule.of(settings)
+
+    def with_pins(self, pins: Pins | None) -> "Stream":
+        """Return a stream that goes on from the state of this one, with other pins."""
+        out = deepcopy(self)
+        out.pipeline.set_pins(pins)
+        return out
 
     def add(self, frame: CameraFrame, *, now_stage_ns: int | None = None) -> list[StepResult]:
         """Add a camera's frame; return the output frames that are due now, in order of time.

@@ -25,40 +25,46 @@ from studio.engine.model.joints import CANONICAL, JOINT_COUNT, OUTPUT_OF_CANONIC
 from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.touching import HeldJoint
-from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, wander_of
+from studio.engine.whole_take.edited import Edited
+from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, runs, wander_of
 from studio.engine.whole_take.finish.known import Known
 from studio.engine.whole_take.finish.lost_limbs import bring_back
 from studio.engine.whole_take.finish.measurements import posture_share
-from studio.engine.whole_take.finish.others import OtherPerformer, Surfaces, meet
+from studio.engine.whole_take.finish.others import Surfaces, meet
 from studio.engine.whole_take.finish.posing import Posing
 from studio.engine.whole_take.finish.readings import Readings
 from studio.engine.whole_take.finish.smoother import Smoother
 from studio.engine.whole_take.finish.soles import Soles, feet_of, lift_m, without_dips
 from studio.engine.whole_take.finish.store import Store
-from studio.engine.whole_take.finish.trajectory import Kinematics
+from studio.engine.whole_take.finish.trajectory import Kinematics, moved, steps_between
 from studio.engine.whole_take.finish.windows import MARGIN, WINDOW
 from studio.engine.whole_take.physics.correction import ITERATIONS as PHYSICS_ITERATIONS
 from studio.engine.whole_take.physics.whole_take import Physics
-
-HELD = 2
-"""Fixed frames at the far end of a margin; an acceleration spans two further frames."""
+from studio.engine.whole_take.stepping import HELD, Passes, Steps
 
 ITERATIONS = 3
 SCALED_ITERATIONS = 1
 CONTACT_ITERATIONS = 3
 """Iterations: before standing feet are known, with the estimated noise, and with contacts."""
 
-MIN_FRAMES = 6
-"""Shorter pieces between gaps are not refined."""
-
 
 @dataclass(frozen=True)
 class _Refined:
-    """A take before physics: configurations, shape (frame_count, nq), pieces without a gap, and stances."""
+    """A take before physics.
+
+    Attributes:
+        q: configurations, shape (frame_count, nq).
+        pieces: begin and end of each piece without a gap [frames].
+        contacts: stances; None = unknown.
+        edited: frames that were solved again with edits, shape (frame_count,).
+        before: configurations of these, and all stances, without edits.
+    """
 
     q: NDArray[np.float64]
     pieces: list[tuple[int, int]]
     contacts: Contacts | None
+    edited: NDArray[np.bool_]
+    before: tuple[NDArray[np.float64], Contacts | None]
 
 
 class Finisher:
@@ -78,12 +84,14 @@ class Finisher:
         *,
         floor_given: bool = False,
         pins: Pins | None = None,
+        edited: Edited | None = None,
     ) -> None:
         """Prepare for a performer.
 
         Args:
             floor_given: as in `Calibration`: the take stays on its floor.
-            pins: places of joints that an operator knows.
+            pins: places of joints that are known.
+            edited: what edits change in some stretches; None = nothing.
 
         Raises:
             SettingsError: `ik=none` has no humanoid to refine.
@@ -118,7 +126,8 @@ class Finisher:
         self._posing = Posing(performer, settings, humanoid.skeleton)
         self._store: Store | None = None
         self._cuts: list[int] = []
-        self._pins = pins or None
+        self._pins, self._edited = pins or None, edited
+        self._stretches: list[tuple[int, Store]] = []  # the first frame of each, and its steps with edits
 
     @property
     def physics_report(self) -> SolveMetrics:
@@ -128,7 +137,8 @@ class Finisher:
     @property
     def touches(self) -> Touches | None:
         """What an operator says about contacts; None = nothing."""
-        return None if self._pins is None else self._pins.touches
+        pins = self._pins if self._edited is None else self._edited.pins
+        return None if pins is None else pins.touches
 
     @property
     def has_results(self) -> bool:
@@ -140,6 +150,14 @@ class Finisher:
         if self._store is None:
             self._store = Store(result)
         self._store.add(result)
+
+    def add_edited(self, result: StepResult) -> None:
+        """Add what edits make of the result that was added last."""
+        assert self._store is not None
+        frame = len(self._store) - 1
+        if not self._stretches or sum((self._stretches[-1][0], len(self._stretches[-1][1]))) != frame:
+            self._stretches.append((frame, Store(result)))
+        self._stretches[-1][1].add(result)
 
     def cut(self) -> None:
         """Begin a piece: what is added next does not go on from what was added last."""
@@ -154,10 +172,9 @@ class Finisher:
             beside: number of steps beside others that follow.
         """
         assert self._store is not None
-        self._passes = _Passes(progress, self._pass_count() + beside)
-        times_s = 1e-9 * self._store.times_ns.astype(np.float64)
-        self._known = Known(self._pins, times_s, self._dt, self._humanoid.skeleton.height_m)
+        self._passes = Passes(progress, self._pass_count() + beside)
         self._readings = Readings(self._store, self._kinematics, self._dt, self._reach)
+        self._steps = self._steps_with(self._pins)
         q, pieces = self._readings.first.copy(), self._pieces(self._store)
         for first, last in pieces:
             bring_back(q[first:last], self._readings.far[first:last], self._dt)
@@ -169,19 +186,34 @@ class Finisher:
             [self._smoother] if self._physics is None else [self._smoother, self._physics.correction]
         ):
             smoother.posture_share, smoother.calm = posture_share(alike), wander_of(alike)
+        contacts = self._settled(q, pieces, pieces)
+        nowhere = np.zeros(len(q), dtype=bool)
+        self._refined = _Refined(q, pieces, contacts, nowhere, (q[:0], contacts))
+        if self._edited is not None:
+            self._refined = self._refined_again(self._refined, self._edited)
+
+    def _settled(
+        self,
+        q: NDArray[np.float64],
+        pieces: list[tuple[int, int]],
+        rows: list[tuple[int, int]],
+        lifted_m: float | None = None,
+    ) -> Contacts | None:
+        """Make the steps over some stretches with noise that is known, in place; return the take's stances."""
         for _ in range(SCALED_ITERATIONS):
-            self._step(q, pieces, None)
+            self._step(q, rows, None)
         contacts = None
         if self._with_contacts:
             feet = self._feet(q)
             found = find_contacts(
                 feet.joints_m, pieces, self._dt, self._rest_heights_m,
-                floor_given=self._floor_given, wander=wander_of(alike),
+                floor_given=self._floor_given, wander=wander_of(self._readings.alike),
             )  # fmt: skip
-            contacts = self._known.standing(
-                found, feet, pieces, self._rest_heights_m, floor_given=self._floor_given
+            contacts = self._steps.known.standing(
+                found, feet, pieces, self._rest_heights_m, floor_given=self._floor_given, lifted_m=lifted_m
             )
-        touches = bool(self._known.touches)
+        known = self._steps.known
+        touches = bool(known.touches)
         for iteration in range(CONTACT_ITERATIONS if contacts is not None or touches else 0):
             if contacts is not None and iteration > 0:
                 feet = self._feet(q)
@@ -190,9 +222,51 @@ class Finisher:
                     contacts = without_dips(feet, contacts)
             if touches:
                 floor_m = 0.0 if contacts is None else contacts.floor_m
-                self._known.touch(self._kinematics, q, pieces, floor_m)
-            self._step(q, pieces, contacts)
-        self._refined = _Refined(q, pieces, contacts)
+                known.touch(self._kinematics, q, pieces, floor_m)
+            self._step(q, rows, contacts)
+        return contacts
+
+    def _refined_again(self, refined: _Refined, edited: Edited) -> _Refined:
+        """Return a refined take, solved again where edits change it; the rest stays as it is."""
+        assert self._store is not None
+        q, pieces, contacts = refined.q.copy(), refined.pieces, refined.contacts
+        lifted_m = None if contacts is None else lift_m(self._feet(q), contacts)
+        also = np.zeros(len(q), dtype=bool)
+        if contacts is not None and edited.pins.stances:
+            also = (edited.pins.stances.asked(self._times_s, contacts.hold, pieces) != 0).any(axis=1)
+        share = edited.share(self._times_s, also)[:, None]
+        for first, steps in self._stretches:
+            self._store.lay_over(first, steps)
+            again = Readings(steps, self._kinematics, self._dt, self._reach)
+            bring_back(again.first, again.far, self._dt)
+            self._readings.lay_over(first, again)
+            part = slice(first, first + len(steps))
+            q[part] = moved(q[part], share[part] * steps_between(q[part], again.first))
+        moves = share[:, 0] > 0.0
+        self._steps = self._steps_with(edited.pins, ~moves)
+        rows = [
+            (max(begin - HELD, first), min(end + HELD, last))
+            for first, last in pieces
+            for begin, end in runs(moves[first:last], first)
+        ]
+        for _ in range(ITERATIONS):
+            self._step(q, rows, None, self._first)
+        stands = self._settled(q, pieces, rows, lifted_m)
+        self._steps = Steps(self._readings, self._steps.known, self._passes)
+        before = refined.q[moves]
+        q[moves] = moved(before, share[moves] * steps_between(before, q[moves]))
+        if contacts is not None and stands is not None:
+            stands = contacts.with_rows(moves, stands)
+        return _Refined(q, pieces, stands, moves, (before, contacts))
+
+    def _steps_with(self, pins: Pins | None, fixed: NDArray[np.bool_] | None = None) -> Steps:
+        known = Known(pins or None, self._times_s, self._dt, self._humanoid.skeleton.height_m)
+        return Steps(self._readings, known, self._passes, fixed)
+
+    @property
+    def _times_s(self) -> NDArray[np.float64]:
+        assert self._store is not None
+        return 1e-9 * self._store.times_ns.astype(np.float64)
 
     def surfaces(self) -> Surfaces:
         """Return where the refined performer's surfaces are."""
@@ -209,9 +283,10 @@ class Finisher:
             held: joints where they touch others, as an operator says.
         """
         assert self._refined is not None
-        self._known.hold(held)
+        self._steps.known.hold(held)
         met = [meet(own, other, self._dt) for other in others]
-        self._step(self._refined.q, self._refined.pieces, self._refined.contacts, others=met)
+        refined = self._refined
+        self._steps.step(refined.q, refined.pieces, refined.contacts, self._smoother, met)
 
     def stand_beside(self, other: "Finisher") -> None:
         """Raise the results as far as another performer's, whose feet placed the floor and whose results are read
@@ -235,7 +310,7 @@ class Finisher:
             if self._root_height_m is not None:  # measured over the floor that was not the true one
                 self._root_height_m += self.lifted_m
         elif contacts is not None and not self._floor_given:
-            self.lifted_m = lift_m(self._feet(q), contacts)
+            self.lifted_m = self._lift_m(q, self._refined)
         squared_radii = self._squared_radii(q, pieces)
         q[:, 2] += self.lifted_m
         posed = self._posing.results(
@@ -247,11 +322,21 @@ class Finisher:
             yield result
         self._store.close()
 
+    def _lift_m(self, q: NDArray[np.float64], refined: _Refined) -> float:
+        """How far the take is raised: as far as without edits, which would move it as a whole."""
+        before, contacts = refined.before
+        assert contacts is not None
+        if len(before):
+            q = q.copy()
+            q[refined.edited] = self._smoother.within_limits(before)
+        return lift_m(self._feet(q), contacts)
+
     def _pass_count(self) -> int:
         """Number of passes over the take: all steps, and the poses at the end."""
         contacts = CONTACT_ITERATIONS if self._with_contacts else 0
         physics = PHYSICS_ITERATIONS if self._physics is not None else 0
-        return ITERATIONS + SCALED_ITERATIONS + contacts + physics + 1
+        times = 1 if self._edited is None else 2
+        return times * (ITERATIONS + SCALED_ITERATIONS + contacts) + physics + 1
 
     def _pieces(self, store: Store) -> list[tuple[int, int]]:
         """Begin and end of each piece of the take without a gap or cut [frames]."""
@@ -284,39 +369,9 @@ class Finisher:
         pieces: list[tuple[int, int]],
         contacts: Contacts | None,
         smoother: Smoother | None = None,
-        others: Sequence[OtherPerformer] = (),
     ) -> None:
-        """Apply one Gauss-Newton step to the take, in place; `smoother` None = finishing's.
-
-        With `others`, windows in which none of them is near stay as they are.
-        """
-        smoother, pinned = smoother or self._smoother, self._known.pinned
-        for first, last in pieces:
-            if last - first < MIN_FRAMES:
-                continue
-            kept = q[:0]
-            for begin in range(first, last, WINDOW):
-                end = min(begin + WINDOW, last)
-                low, high = max(begin - MARGIN, first), min(end + MARGIN, last)
-                here = [
-                    part for other in others if (part := other.part(slice(low, high))).is_near(q[low:high])
-                ]
-                if others and not here and not self._known.is_held(slice(low, high)):
-                    kept = q[max(end - MARGIN, first) : end].copy()
-                    continue
-                window = np.concatenate([kept[len(kept) - (begin - low) :], q[begin:high]])
-                kept = q[max(end - MARGIN, first) : end].copy()
-                stepped = smoother.stepped(
-                    window,
-                    self._readings.of(low, high),
-                    None if contacts is None else contacts.part(slice(low, high)),
-                    held=(HELD if low > first else 0, HELD if high < last else 0),
-                    others=here,
-                    pinned=None if pinned is None else pinned.part(slice(low, high)),
-                )
-                q[begin:end] = stepped[begin - low : end - low]
-                self._passes.tell(end / len(q))
-        self._passes.done += 1
+        """Apply one step to the take, in place; `smoother` None = finishing's."""
+        self._steps.step(q, pieces, contacts, smoother or self._smoother)
 
     def _feet(self, q: NDArray[np.float64]) -> Soles:
         return feet_of(self._humanoid, q, self._rest_heights_m)
@@ -331,15 +386,3 @@ class Finisher:
                 found = self._smoother.squared_radii(q[low:high], self._readings.of(low, high))
                 out[begin:end] = found[begin - low : end - low]
         return out
-
-
-class _Passes:
-    """Reports progress of work with several passes over the take."""
-
-    def __init__(self, progress: Callable[[float], None], count: int) -> None:
-        self._progress, self._count = progress, count
-        self.done = 0
-
-    def tell(self, share: float) -> None:
-        """`share`: of the present pass, 0..1."""
-        self._progress((self.done + share) / self._count)

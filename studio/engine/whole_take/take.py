@@ -9,6 +9,7 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.edits.pins import Pins
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
+from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.on_demand import FramesOnDemand
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
@@ -16,6 +17,7 @@ from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.stream import Stream
 from studio.engine.whole_take.collect import PoseCollector
 from studio.engine.whole_take.cut import LOOKED_S, cut_between_s, parts_between_cuts
+from studio.engine.whole_take.edited import AROUND_S, Edited, going_back
 from studio.engine.whole_take.finisher import Finisher
 from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.trace import TraceCollector
@@ -88,15 +90,19 @@ class TakeSolve:
         physics: SolveMetrics | None = None,
         trace: TraceCollector | None = None,
         pins: Pins | None = None,
+        edited: Edited | None = None,
     ) -> None:
-        """Prepare; arguments and errors are those of `solve_frames`."""
+        """Prepare; arguments and errors are those of `solve_frames`. `edited`: what edits change in some stretches,
+        and there only; None = nothing."""
         self._frames = frames if isinstance(frames, Sequence) else list(frames)
         self._calibration, self._settings, self._start_s = calibration, settings, start_s
         self._progress, self._physics = progress, physics
         self._residuals, self._trace, self._pins = residuals, trace, pins
         self._collector = PoseCollector()
         self._last_ns = -LAST_NS
-        self.finisher = _finisher(calibration, settings, pins)
+        self._edited = edited
+        self._skeleton = None if calibration.performer is None else Skeleton.of(calibration.performer)
+        self.finisher = _finisher(calibration, settings, pins, edited)
         self._live_share = 1.0 if self.finisher is None else LIVE_SHARE
 
     def first(self) -> None:
@@ -108,12 +114,13 @@ class TakeSolve:
             stream = Stream(self._calibration, self._settings, pins=self._pins)
             if self.finisher is not None:
                 self.finisher.cut()
-            for place in placed["place"][parts == part].tolist():
-                self._take(stream.add(self._frames[place]), start_ns)
+            both = _BothWays(stream, self._edited)
+            for place, stage_ns in placed[["place", "stage_ns"]][parts == part].tolist():
+                self._take(both.add(self._frames[place], place, stage_ns), start_ns)
                 if self._progress is not None and done % 64 == 0:
                     self._progress(self._live_share * (done + 1) / len(placed))
                 done += 1
-            self._take(stream.rest(), start_ns)
+            self._take(both.rest(), start_ns)
 
     def poses(self) -> Poses:
         """Return the poses, finished where the settings say so."""
@@ -130,14 +137,26 @@ class TakeSolve:
         """Return what is told the share of finishing that is done."""
         return part_of_progress(self._progress, self._live_share, 1.0) or _to_nobody
 
-    def _take(self, results: list[StepResult], start_ns: float) -> None:
-        for result in results:
+    def _take(self, results: list[tuple[StepResult, StepResult | None]], start_ns: float) -> None:
+        for result, edited in results:
             stage_ns = result.frame_set.stage_time_ns
             if (
                 stage_ns >= start_ns and stage_ns > self._last_ns
             ):  # a part may begin with the last one's frame
                 self._last_ns = stage_ns
-                self._collect(result) if self.finisher is None else self.finisher.add(result)
+                self._add(result, edited)
+
+    def _add(self, result: StepResult, edited: StepResult | None) -> None:
+        if self.finisher is not None:
+            self.finisher.add(result)
+            if edited is not None:
+                self.finisher.add_edited(edited)
+            return
+        if edited is not None and self._edited is not None:
+            assert self._skeleton is not None
+            span = self._edited.span_at(1e-9 * result.frame_set.stage_time_ns)
+            result = result if span is None else going_back(result, edited, span, self._skeleton)
+        self._collect(result)
 
     def _collect(self, result: StepResult) -> None:
         self._collector.add(result)
@@ -145,6 +164,42 @@ class TakeSolve:
             self._residuals.add(result)
         if self._trace is not None:
             self._trace.add(result)
+
+
+class _BothWays:
+    """Solves a part of a take without edits and, where they change it, with them."""
+
+    def __init__(self, stream: Stream, edited: Edited | None) -> None:
+        self._stream, self._edited = stream, edited
+        self._other: Stream | None = None
+        self._span = -np.inf, -np.inf
+
+    def add(
+        self, frame: CameraFrame, place: int, stage_ns: int
+    ) -> list[tuple[StepResult, StepResult | None]]:
+        """Add a frame, by its place among all; return the steps that are due, each with what edits make of it."""
+        edited = self._edited
+        if edited is None:
+            return [(result, None) for result in self._stream.add(frame)]
+        span = edited.span_at(1e-9 * stage_ns)
+        if span is not None:
+            self._span = span
+            self._other = self._other or self._stream.with_pins(edited.pins)
+        return self._paired(
+            self._stream.add(frame), self._other.add(edited.frames[place]) if self._other else []
+        )
+
+    def rest(self) -> list[tuple[StepResult, StepResult | None]]:
+        """Return the remaining steps."""
+        return self._paired(self._stream.rest(), self._other.rest() if self._other else [])
+
+    def _paired(
+        self, results: list[StepResult], others: list[StepResult]
+    ) -> list[tuple[StepResult, StepResult | None]]:
+        at = {other.frame_set.stage_time_ns: other for other in others}
+        if results and 1e-9 * results[-1].frame_set.stage_time_ns > self._span[1] + AROUND_S:
+            self._other = None
+        return [(result, at.get(result.frame_set.stage_time_ns)) for result in results]
 
 
 def _to_nobody(share: float) -> None:
@@ -227,8 +282,12 @@ def check_together(settings: SolveSettings) -> None:
         )
 
 
-def _finisher(calibration: Calibration, settings: SolveSettings, pins: Pins | None) -> Finisher | None:
+def _finisher(
+    calibration: Calibration, settings: SolveSettings, pins: Pins | None, edited: Edited | None
+) -> Finisher | None:
     check_together(settings)
     if settings.finish == "off" or calibration.performer is None:
         return None
-    return Finisher(calibration.performer, settings, floor_given=calibration.floor_given, pins=pins)
+    return Finisher(
+        calibration.performer, settings, floor_given=calibration.floor_given, pins=pins, edited=edited
+    )

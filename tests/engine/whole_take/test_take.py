@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 
 from studio.engine.base.errors import TakeError
+from studio.engine.edits.edit import PinEdit
+from studio.engine.edits.pins import Pins
 from studio.engine.model.frames import ClockModel
-from studio.engine.model.joints import JOINT_COUNT, OUTPUT_JOINTS
-from studio.engine.model.settings.settings import parse_settings
+from studio.engine.model.joints import JOINT_COUNT, OUTPUT_INDEX, OUTPUT_JOINTS
+from studio.engine.model.settings.settings import PRESETS, parse_settings
+from studio.engine.solve.stream import Stream
 from studio.engine.whole_take.collect import collect_poses
-from studio.engine.whole_take.take import solve_frames
+from studio.engine.whole_take.edited import AROUND_S, Edited
+from studio.engine.whole_take.take import TakeSolve, solve_frames
 from tests.engine.walkers import SECOND, arms_swinging, recorded, stage
 from tests.refused import refused
 
@@ -29,6 +33,40 @@ def test_poses_come_at_the_output_rate_in_time_order(frames):
     assert np.diff(poses.time_s) == pytest.approx(1 / 60, abs=1e-6)
     assert poses.time_s[0] == pytest.approx(1.0, abs=0.1) and poses.time_s[-1] > 2.9
     assert not poses.positions_m[0] == pytest.approx(poses.positions_m[-1])
+
+
+@pytest.mark.parametrize("preset", ["studio", "finish"])
+def test_an_edit_moves_nothing_that_is_not_near_it(preset):
+    calibration, settings = stage(-35.0, 35.0), parse_settings(preset)
+    frames = list(recorded(calibration, arms_swinging, 3.5, noise_m=0.005))
+    own = solve_frames(frames, calibration, settings)
+    at, wrist = len(own.time_s) // 2, OUTPUT_INDEX["LeftHand"]
+    place_m = own.positions_m[at, wrist] + [0.0, 0.05, 0.05]
+    at_s = float(own.time_s[at])
+    pin = PinEdit(id="a", start_s=at_s, end_s=at_s, joint="left_wrist", place_m=tuple(place_m.tolist()))
+    pins = Pins([pin], calibration.performer)
+    edited = Edited(pins, pins.spans_s, frames)
+    solve = TakeSolve(frames, calibration, settings, edited=edited)
+    solve.first()
+    poses = solve.poses()
+    assert np.linalg.norm(poses.positions_m[at, wrist] - place_m) < 0.03
+    outside = np.abs(poses.time_s - at_s) > AROUND_S + 1e-6
+    assert outside.sum() > 100
+    np.testing.assert_allclose(poses.positions_m[outside], own.positions_m[outside], rtol=0.0, atol=1e-12)
+    steps = np.linalg.norm(np.diff(poses.positions_m - own.positions_m, axis=0), axis=2)
+    assert steps[np.abs(poses.time_s[1:] - at_s) > 0.3].max() < 0.005  # it goes over without a jump
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_stream_goes_on_from_the_state_of_another(frames, preset):
+    stream = Stream(stage(-35.0, 35.0), parse_settings(preset))
+    ordered = sorted(frames, key=lambda frame: frame.device_time_ns)
+    for frame in ordered[: len(frames) // 2]:
+        stream.add(frame)
+    other = stream.with_pins(None)
+    for frame in ordered[len(frames) // 2 :]:
+        for one, two in zip(stream.add(frame), other.add(frame), strict=True):
+            assert np.array_equal(one.positions_m, two.positions_m)
 
 
 def test_the_order_of_the_frames_does_not_matter(frames):

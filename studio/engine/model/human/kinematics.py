@@ -45,7 +45,6 @@ class SiteKinematics:
         self._mask = np.repeat(moving_dofs(humanoid), 3, axis=0).astype(np.float64)
         self._arms = np.zeros((count, 3, 6))  # maps rot to -(p - c) x rot, lin to lin
         self._arms[:, :, 3:] = np.eye(3)
-        self._rows = self._arms.reshape(3 * count, 6)
         self._offsets = np.zeros((count, 3))
 
     def place(self, q: Array) -> Array:
@@ -69,7 +68,7 @@ class SiteKinematics:
         arms[:, 0, 1], arms[:, 0, 2] = z, -y
         arms[:, 1, 2], arms[:, 1, 0] = x, -z
         arms[:, 2, 0], arms[:, 2, 1] = y, -x
-        np.matmul(self._rows, data.cdof.T, out=self.jacobian)
+        np.matmul(arms.reshape(-1, 6), data.cdof.T, out=self.jacobian)
         self.jacobian *= self._mask
         return self.positions, self.jacobian
 

@@ -70,14 +70,14 @@ class MotionPriorTask(BaseTask):
         self.rest_stiffness = np.zeros(nv - FREE_DOFS)
         self._difference = np.zeros(nv)
         self._H = np.zeros((nv, nv))
-        self._diagonal = self._H.reshape(-1)[:: nv + 1]
 
     def compute_qp_objective(self, configuration: mink.Configuration) -> Objective:
         """H and c of the two pulls; H is diagonal, and overwritten by the next call."""
         q = configuration.data.qpos
         mujoco.mj_differentiatePos(self._model, self._difference, 1.0, self.predicted, q)
-        self._diagonal[:] = self.stiffness
-        self._diagonal[FREE_DOFS:] += self.rest_stiffness
+        diagonal = self._H.reshape(-1)[:: len(self._H) + 1]
+        diagonal[:] = self.stiffness
+        diagonal[FREE_DOFS:] += self.rest_stiffness
         c = self.stiffness * self._difference
         c[FREE_DOFS:] += self.rest_stiffness * (q[FREE_DOFS + 1 :] - self.rest_hinges)
         return Objective(self._H, c)

@@ -68,6 +68,13 @@ class Contacts:
         """The contacts of some frames."""
         return replace(self, hold=self.hold[rows], place_m=self.place_m[rows], least_m=self.least_m[rows])
 
+    def with_rows(self, rows: NDArray[np.bool_], other: "Contacts") -> "Contacts":
+        """The contacts with some frames, flags of shape (frame_count,), of others of the same take."""
+        hold = np.where(rows[:, None], other.hold, self.hold)
+        least_m = np.where(rows[:, None], other.least_m, self.least_m)
+        place_m = np.where(rows[:, None, None], other.place_m, self.place_m)
+        return replace(self, hold=hold, place_m=place_m, least_m=least_m)
+
     def at_places_of(self, feet: NDArray[np.float64], pieces: list[tuple[int, int]], dt: float) -> "Contacts":
         """The same stances at the places of another trajectory's feet; arguments as of `find_contacts`.
 
@@ -77,7 +84,7 @@ class Contacts:
         place = feet.copy()
         for begin, end in pieces:
             for column in range(len(JOINTS)):
-                for first, last in _runs(self.hold[begin:end, column] > 0.0):
+                for first, last in runs(self.hold[begin:end, column] > 0.0):
                     rows = slice(begin + first, begin + last)
                     place[rows, column] = places_of(feet[rows, column], dt, change_m2_s=self.change_m2_s)
         np.maximum(place[:, :, 2], self.least_m, out=place[:, :, 2])
@@ -96,7 +103,7 @@ class Contacts:
         hold = np.where(asked < 0, 0.0, self.hold)
         for begin, end in pieces:
             for column in range(len(JOINTS)):
-                for first, last in _runs(asked[begin:end, column] != 0):
+                for first, last in runs(asked[begin:end, column] != 0):
                     rows = slice(begin + first, begin + last)
                     free = first > 0, begin + last < end
                     eased = _eased(last - first, dt, free)
@@ -145,7 +152,7 @@ def find_contacts(
     hold = np.zeros(standing.shape)
     for begin, end in pieces:
         for column in range(len(JOINTS)):
-            for first, last in _runs(standing[begin:end, column]):
+            for first, last in runs(standing[begin:end, column]):
                 free = first > 0, begin + last < end
                 hold[begin + first : begin + last, column] = _eased(last - first, dt, free)
     least_m = np.tile(least_m, (len(feet), 1))
@@ -158,7 +165,7 @@ def lying(
     """Return where a joint lies while it holds [m], shape (frame_count, 2), from its path, shape (frame_count, 3)."""
     out = path[:, :2].copy()
     for begin, end in pieces:
-        for first, last in _runs(holds[begin:end]):
+        for first, last in runs(holds[begin:end]):
             rows = slice(begin + first, begin + last)
             out[rows] = places_of(path[rows], dt)[:, :2]
     return out
@@ -188,7 +195,7 @@ def _through(standing: NDArray[np.bool_], still: NDArray[np.bool_]) -> NDArray[n
         if column in _TOES:
             out[:, column] = binary_propagation(standing[:, column], mask=still[:, column])
             continue
-        for first, last in _runs(~standing[:, column]):
+        for first, last in runs(~standing[:, column]):
             between = first > 0 and last < len(standing)
             out[first:last, column] = between and still[first:last, column].all()
     return out
@@ -211,9 +218,9 @@ def _standing_height(heights: NDArray[np.float64]) -> float:
     return float(np.median(low))
 
 
-def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Begin and end of each run of true flags."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+def runs(flags: NDArray[np.bool_], first: int = 0) -> list[tuple[int, int]]:
+    """Return begin and end of each run of true flags; `first`: the place of the first flag."""
+    edges = first + np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 

@@ -43,6 +43,7 @@ class Known:
         rest_heights_m: NDArray[np.float64],
         *,
         floor_given: bool,
+        lifted_m: float | None = None,
     ) -> Contacts:
         """Return contacts of feet with the stances that are known; places move to the floor that the feet show.
 
@@ -52,12 +53,14 @@ class Known:
             pieces: begin and end of each piece of the take without a gap [frames].
             rest_heights_m: as `find_contacts` takes them.
             floor_given: the places are over the given floor already.
+            lifted_m: how far the take will be raised; None = as the feet show now.
         """
         if self._pins is not None and self._pins.stances:
             asked = self._pins.stances.asked(self._times_s, contacts.hold, pieces)
             contacts = contacts.as_asked(asked, feet.joints_m, pieces, self._dt, rest_heights_m)
         if self._places is not None and not floor_given:
-            self.pinned = self._own = self._places = self._places.raised(-lift_m(feet, contacts))
+            lifted_m = lift_m(feet, contacts) if lifted_m is None else lifted_m
+            self.pinned = self._own = self._places = self._places.raised(-lifted_m)
         return contacts
 
     def touch(

@@ -57,6 +57,12 @@ class Readings:
         self._noise: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         self._last: tuple[tuple[int, int], Measurements] | None = None  # the last window
 
+    def lay_over(self, first: int, other: "Readings") -> None:
+        """Read frames from `first` on as another stretch of the take has them, whose steps lie over the store's."""
+        rows = slice(first, first + len(other.first))
+        self.first[rows], self.far[rows], self._exchanged[rows] = other.first, other.far, other._exchanged
+        self._last = None
+
     def of(self, begin: int, end: int) -> Measurements:
         """Return what was measured in frames from `begin` to before `end`."""
         if self._last is None or self._last[0] != (begin, end):

@@ -1,7 +1,7 @@
 """Storage of a take's steps for finishing, in temporary files, so that memory does not grow with the take."""
 
 from array import array
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,10 @@ from studio.engine.model.triangulation.rays import FREE_M, nearest_on_rays
 
 NEAREST = 0.75
 """A camera's frame belongs to its nearest step, if that is within this many steps."""
+
+
+BORDER = 2
+"""Steps at either end of a stretch whose nearest readings may have come with a step outside."""
 
 
 class Store:
@@ -57,6 +61,7 @@ class Store:
         self._reading_times_ns, self._reading_cameras = array("q"), array("h")
         self._slots: NDArray[np.int64] | None = None  # the step of each reading; -1 = none
         self._hands: dict[int, tuple[HandSeen, ...]] = {}  # by frame, where there are any
+        self._over: list[tuple[int, Store]] = []  # first step and steps of what is read instead
 
     def __len__(self) -> int:
         return len(self._steps)
@@ -65,6 +70,20 @@ class Store:
     def times_ns(self) -> NDArray[np.int64]:
         """Stage times of the steps [ns]."""
         return np.array(self._times_ns, dtype=np.int64)
+
+    def lay_over(self, first: int, other: "Store") -> None:
+        """Read steps from `first` on from another store of the same cameras, whose steps are at the same times."""
+        self._over.append((first, other))
+
+    def _laid_over(self, begin: int, end: int) -> Iterator[tuple[slice, "Store", int, int]]:
+        """What lies over steps from `begin` up to `end`: the rows among them, the store, and its own begin and
+        end."""
+        for first, other in self._over:
+            last = first + len(other)
+            low = max(begin, first + BORDER * (first > 0))
+            high = min(end, last - BORDER * (last < len(self)))
+            if low < high:
+                yield slice(low - begin, high - begin), other, low - first, high - first
 
     def add(self, result: StepResult) -> None:
         """Store a step.
@@ -102,7 +121,10 @@ class Store:
 
     def read(self, begin: int, end: int) -> NDArray[np.void]:
         """Return the records of steps from `begin` up to, but not including, `end`."""
-        return self._steps.read(begin, end)
+        records = self._steps.read(begin, end)
+        for rows, other, low, high in self._laid_over(begin, end):
+            records[rows] = other.read(low, high)
+        return records
 
     def readings(
         self, begin: int, end: int, dt: float
@@ -133,6 +155,8 @@ class Store:
             positions[at], confidence[at] = records["positions"], records["confidence"]
             after_ns = np.array(self._reading_times_ns)[which] - self.times_ns[self._slots[which]]
             late[at] = after_ns * (1e-9 / dt)
+        for rows, other, low, high in self._laid_over(begin, end):
+            positions[rows], confidence[rows], late[rows] = other.readings(low, high, dt)
         return positions, confidence, late
 
     def frames_within(self, span_s: float) -> NDArray[np.float64]:
@@ -159,6 +183,7 @@ class Store:
     def frames(self, begin: int, records: NDArray[np.void]) -> Iterable[tuple[FrameSet, FusedSkeleton]]:
         """Yield the measured and fused joints of each step of `records`, which begin at step `begin`."""
         for k, record in enumerate(records):
+            store, place = self._of_step(begin + k)
             head = record["head_wxyz"]
             w, x, y, z = (float(v) for v in head)
             yield (
@@ -168,11 +193,11 @@ class Store:
                     record["positions"].astype(np.float64),
                     record["confidence"].astype(np.float64),
                     self.camera_positions,
-                    self._hands.get(begin + k, ()),
+                    store._hands.get(place, ()),
                     None if np.isnan(w) else (w, x, y, z),
                     rays=~np.isnan(self.along_m),
-                    hand_rays=self._hand_rays.at(begin + k),
-                    face_rays=self._face_rays.at(begin + k),
+                    hand_rays=store._hand_rays.at(place),
+                    face_rays=store._face_rays.at(place),
                 ),
                 FusedSkeleton(
                     record["fused"].astype(np.float64),
@@ -182,10 +207,15 @@ class Store:
                 ),
             )
 
+    def _of_step(self, step: int) -> "tuple[Store, int]":
+        """The store that has a step, and its place there."""
+        over = next(self._laid_over(step, step + 1), None)
+        return (self, step) if over is None else (over[1], over[2])
+
     @property
     def has_parts(self) -> bool:
         """Whether any camera saw the landmarks of a hand or of the face."""
-        return self._hand_rays.any or self._face_rays.any
+        return any(one._hand_rays.any or one._face_rays.any for one in [self, *(o for _, o in self._over)])
 
     def close(self) -> None:
         """Delete the temporary files."""
@@ -193,6 +223,8 @@ class Store:
         self._hand_rays.close()
         self._face_rays.close()
         self._readings.close()
+        for _, other in self._over:
+            other.close()
 
 
 class _SomeRays:

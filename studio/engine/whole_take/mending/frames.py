@@ -22,6 +22,7 @@ from studio.engine.whole_take.mending.around import (
     filled,
     median_of,
 )
+from studio.engine.whole_take.mending.habit import usual_path
 from studio.engine.whole_take.mending.interval import Erring, erring, fading, shift_of
 from studio.engine.whole_take.mending.spread import spread
 
@@ -35,6 +36,10 @@ WRONG_M = 0.06
 
 ALIKE_M = 0.15
 """A camera that saw nothing at the pin errs like the others where it says what they say [m]."""
+
+BEYOND_M = 0.1
+"""A pin may be so far out of reach [m]: floor, click, bones and the limb's root are each off by two or three
+centimetres."""
 
 PARENT_FRAMES = 1.0
 """Smoothing of a joint's path about which its child's is found [instants]."""
@@ -93,9 +98,10 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
     axes, origin = axes_of(middle, joint)
     if performer is not None:
         out = place - origin
-        far = np.linalg.norm(out, axis=1) / performer.reach_m()[joint]
+        reach_m = performer.reach_m()[joint]
+        far = np.linalg.norm(out, axis=1) / reach_m
         place = origin + out / np.maximum(far, 1.0)[:, None]
-        pinned &= far < DRAWN  # a place that far out of reach says nothing about cameras
+        pinned &= far < max(DRAWN, 1.0 + BEYOND_M / reach_m)  # from further off it says nothing about cameras
         if not pinned.any():
             return frames
     places, gone = np.full((*seen.tracks.shape[:3], 3), np.nan), np.zeros(seen.tracks.shape[:3], dtype=bool)
@@ -174,12 +180,13 @@ def _path(
     parent = int(PARENTS[joint])
     of_limb = CANONICAL[joint].split("_")[-1] in LIMB
     if of_limb:
-        origin = gaussian_filter1d(middle[:, parent], PARENT_FRAMES, axis=0, mode="nearest")
+        origin = _smooth(middle[:, parent])
     local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
     local[lasts] = np.nan
     pin = np.einsum("tba,tb->ta", axes, place - origin)
-    found = spread(local, pinned, pin, seen.noise[:, :, joint])
-    away = np.einsum("tab,tb->ta", axes, found.path_m)
+    usual = usual_path(middle, local, joint, axes) if of_limb else np.zeros(pin.shape)
+    found = spread(local - usual[:, None], pinned, pin - usual, seen.noise[:, :, joint])
+    away = np.einsum("tab,tb->ta", axes, found.path_m + usual)
     if of_limb and performer is not None:
         length = performer.bones_m()[CANONICAL[joint]]
         off = np.linalg.norm((place - origin)[pinned], axis=1).mean() / length  # the pin's own share
@@ -187,6 +194,10 @@ def _path(
             length * np.clip(off, *BONE_SHARE) / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-6)
         )
     return away + origin
+
+
+def _smooth(path: Array) -> Array:
+    return gaussian_filter1d(path, PARENT_FRAMES, axis=0, mode="nearest")
 
 
 def _pinned(seen: Around, pins: Sequence[PinEdit], lifted_m: float) -> tuple[NDArray[np.bool_], Array]:

@@ -1,0 +1,128 @@
+"""What edits change in a take, so that it is solved again there only.
+
+The take is solved without edits. Around what they change it is solved again with them, from the state that the solve
+had there, and everything else stays as it is: no noise, floor or acceleration that is estimated over
+the whole take knows of an edit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.geometry import matrices
+from studio.engine.base.quaternions import continuous_signs, normalized
+from studio.engine.edits.frames import Frames, changed_spans_s, stage_s
+from studio.engine.edits.pins import Pins
+from studio.engine.edits.timing import eased
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import CameraFrame, StepResult
+from studio.engine.model.human.skeleton import Skeleton, forward_positions
+from studio.engine.whole_take.finish.contacts import runs
+
+AROUND_S = 0.5
+"""How far before and after a change the take may move [s]."""
+
+LEAD_S = 0.1
+"""A filter begins to differ this long before a change [s]: it knows the next frames."""
+
+MOST = 0.5
+"""Edits that change a larger share of a take tell about the whole of it."""
+
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Edited:
+    """What edits change in a performer's take.
+
+    Attributes:
+        pins: what an operator knows, with what is known without edits too.
+        spans_s: begin and end of each stretch that is changed, in order, apart from one another [s].
+        frames: as they are with edits: as many as without, in the same order.
+    """
+
+    pins: Pins
+    spans_s: list[Span]
+    frames: Sequence[CameraFrame] = ()
+
+    def span_at(self, time_s: float) -> Span | None:
+        """Return the changed stretch for which the solve needs a frame at a time; None = none."""
+        return next((one for one in self.spans_s if one[0] - LEAD_S <= time_s <= one[1] + AROUND_S), None)
+
+    def share(self, time_s: NDArray[np.float64], also: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """Return how much of the solve with edits counts at times [s], shape (frame_count,): 1 where they change the
+        take, 0 where it does not move. `also`: further frames that they change."""
+        more = [(time_s[first], time_s[stop - 1]) for first, stop in runs(also)]
+        away = [
+            np.maximum(np.maximum(begin - time_s, time_s - end), 0.0) for begin, end in [*self.spans_s, *more]
+        ]
+        return eased((AROUND_S - np.min(away, axis=0)) / (AROUND_S - LEAD_S))
+
+
+def edited_of(
+    frames: Frames, edited: Frames, pins: Pins, calibration: Calibration, start_s: float | None = None
+) -> Edited | None:
+    """Return what edits change in a performer's take; None where they change nothing, or so much that it is another
+    take.
+
+    Args:
+        frames: by camera, in order of time.
+        edited: the same, as edits leave them.
+        pins: as `Edited` has them.
+        calibration: has the cameras' clocks.
+        start_s: stage time before which nothing counts [s].
+    """
+    spans_s = _apart([*changed_spans_s(frames, edited, calibration), *pins.spans_s])
+    ends = [
+        stage_s(calibration, name)(mine[end])
+        for name, mine in frames.items()
+        if name in calibration.cameras and len(mine)
+        for end in (0, -1)
+    ]
+    if not spans_s or not ends:
+        return None
+    begin_s, end_s = max(min(ends), -np.inf if start_s is None else start_s), max(ends)
+    changed_s = sum(max(min(end, end_s) - max(begin, begin_s), 0.0) for begin, end in spans_s)
+    if changed_s > MOST * (end_s - begin_s):
+        return None
+    return Edited(pins, spans_s)
+
+
+def _apart(spans_s: Sequence[Span]) -> list[Span]:
+    """Return spans [s] in order; those that are so near that the take moves between them too are one."""
+    out: list[Span] = []
+    for begin, end in sorted(spans_s):
+        if out and begin - out[-1][1] <= AROUND_S + LEAD_S:
+            out[-1] = out[-1][0], max(out[-1][1], end)
+        else:
+            out.append((begin, end))
+    return out
+
+
+def going_back(own: StepResult, edited: StepResult, span: Span, skeleton: Skeleton) -> StepResult:
+    """Return a step of a solve with edits; after the changed stretch, it goes over to that without.
+
+    Args:
+        own: the step without edits.
+        edited: the same step with them.
+        span: the stretch [s].
+        skeleton: of the performer.
+    """
+    after_s = own.frame_set.stage_time_ns * 1e-9 - span[1]
+    share = float(eased(np.array(1.0 - after_s / AROUND_S)))
+    if share == 1.0:
+        return edited
+    signs = continuous_signs(np.stack([own.rotations_wxyz, edited.rotations_wxyz]))
+    rotations = normalized((1.0 - share) * signs[0] + share * signs[1])
+    positions = (1.0 - share) * own.positions_m + share * edited.positions_m
+    if own.configuration is not None:  # without a solved pose, joints are where they are measured
+        positions = forward_positions(skeleton, positions[0], matrices(rotations))
+    return replace(
+        edited,
+        positions_m=positions,
+        rotations_wxyz=rotations,
+        confidence=(1.0 - share) * own.confidence + share * edited.confidence,
+        uncertainty_mm=(1.0 - share) * own.uncertainty_mm + share * edited.uncertainty_mm,
+    )
