@@ -35,6 +35,7 @@ from studio.simulator.rig import RigCamera, standard_rig
 from tests.simulator.phones import frames_of
 
 Array = NDArray[np.float64]
+NEAR_S = 0.04
 COLUMNS = [INDEX[name] for name in MEASURED_JOINTS]
 MIDDLES = [MEASURED_JOINTS.index(name) for name in ("hips", "neck")]
 OTHERS = [k for k in range(len(COLUMNS)) if k not in MIDDLES]
@@ -95,9 +96,10 @@ def places_of(shot: Shot, calibration: Calibration) -> tuple[Array, Array]:
             np.zeros((len(cameras), JOINT_COUNT)),
         )
         for c, (camera, frames) in enumerate(zip(cameras, shot.frames.values(), strict=True)):
-            frame = frames[int(np.abs(times[c] - at_s).argmin())]
-            assert frame.picture is not None
-            positions[c], sure[c] = on_rays(camera, frame.picture), frame.confidence
+            nearest = int(np.abs(times[c] - at_s).argmin())
+            picture = frames[nearest].picture
+            if picture is not None and abs(times[c][nearest] - at_s) < NEAR_S:
+                positions[c], sure[c] = on_rays(camera, picture), frames[nearest].confidence
         ends, sure = placed(positions, sure, centres, rays)
         joints.append(
             triangulate(
