@@ -27,9 +27,10 @@ from studio.engine.model.cameras.lens import Lens, usual_lens
 
 MOST_INSTANTS = 240
 """Instants that are adjusted; a longer walk is taken at evenly spread ones."""
-_STAGES = ((False, 2.0, 1e-3), (True, 1.0, 1e-4), (True, 1.0, 3e-5))
-"""Of the three adjustments: whether distortion and principal points are sought, factor of the errors, and the share
-of the cost by which a step must lower it."""
+_STAGES = ((False, 2.0, 1e-3), (True, 1.0, 1e-4), *((True, 1.0, 3e-5),) * 6)
+"""Of the adjustments: whether distortion and principal points are sought, factor of the errors, and the share of the
+cost by which a step must lower it. The last ones are made until the clocks have settled."""
+_LEAST_STAGES, _SETTLED_S = 3, 0.001
 _STEPS = 25
 _PLACE_STEPS = 15
 
@@ -81,11 +82,14 @@ def _adjust(
     fit = adjust_places(rig, tracks, times, USUAL_HEIGHT_M, _PLACE_STEPS)
     free = [not track.known for track in tracks]
     focals, shares = _sought(tracks, shared_focal), tuple(track.focal_share for track in tracks)
-    adjustment, swapped = None, []
+    adjustment, swapped, before_s = None, [], rig.ahead_s
     within_s = np.array([apart_within_s(tracks[0], track) for track in tracks])
     for k, (lenses, loose, small) in enumerate(_STAGES):
-        told((k + 1) / (len(_STAGES) + 1))
         rig = fit.rig
+        if k >= _LEAST_STAGES and np.abs(rig.ahead_s - before_s).max() < _SETTLED_S:
+            break
+        told((k + 1) / (len(_STAGES) + 1))
+        before_s = rig.ahead_s
         swapped, samples, joints = brought_together(rig, tracks, times)
         freedom = Freedom(focals, shares, tuple(lenses and one for one in free), True)
         near = replace(usual, ahead_s=rig.ahead_s)

@@ -14,9 +14,11 @@ from studio.engine.model.cameras.lens import usual_lens
 SMOOTH_S = 0.03
 """Deviation of the kernel that landmarks are smoothed with. All cameras are smoothed alike, so that joints in fast
 motion stay where the cameras agree."""
+SPEED_S = 0.08
+"""The same for speeds. A speed is uncertain where frames are few, and noise in it makes clock offsets too small."""
 _SMOOTH_STEPS, _NEAR_STEPS = 0.9, 1.3
 """The same, and how near a frame must be to count, in steps between frames of slow cameras."""
-_WINDOW = 9
+_WINDOW = 13
 _NEAR_S = 0.06
 ERROR_M = 0.011
 """Usual error of a landmark across the line of sight: what BlazePose's authors and users find, some 1 % of a body."""
@@ -126,27 +128,46 @@ def _pixels_per_metre(
 
 
 def sample(track: ViewTrack, times_s: NDArray[np.float64]) -> Sample:
-    """Return landmarks and their speeds at times of the camera's own clock, by lines fitted around each time."""
+    """Return landmarks and their speeds at times of the camera's own clock, by lines fitted around each time.
+
+    Speeds are those of longer lines.
+    """
     count = len(track.time_s)
     first = np.searchsorted(track.time_s, times_s) - _WINDOW // 2
     rows = np.clip(first[:, None] + np.arange(_WINDOW), 0, count - 1)
     fresh = first[:, None] + np.arange(_WINDOW) == rows
     dt = track.time_s[rows] - times_s[:, None]
     smooth_s, near_s = max(SMOOTH_S, _SMOOTH_STEPS * track.step_s), track.near_s
-    kernel = np.exp(-0.5 * (dt / smooth_s) ** 2) * (np.abs(dt) < 3 * smooth_s) * fresh
-    w = kernel[..., None] * track.seen[rows]
+    seen, pixels = fresh[..., None] * track.seen[rows], track.points[rows]
+    w = _kernel(dt, smooth_s)[..., None] * seen
     before = (w * (dt <= 1e-9)[..., None] * (dt > -near_s)[..., None]).any(axis=1)
     after = (w * (dt >= -1e-9)[..., None] * (dt < near_s)[..., None]).any(axis=1)
-    s0, s1, s2 = (np.einsum("fkj,fk->fj", w, dt**n) for n in range(3))
-    p0, p1 = (np.einsum("fkj,fk,fkjc->fjc", w, dt**n, track.points[rows]) for n in range(2))
-    flat = s0 * s2 - s1**2
-    sure = before & after & (flat > 1e-9)
-    flat = np.where(sure, flat, 1.0)[..., None]
-    points = (s2[..., None] * p0 - s1[..., None] * p1) / flat
-    speed = (s0[..., None] * p1 - s1[..., None] * p0) / flat
+    points, _, certain = _line(pixels, w, dt)
+    _, speed, _ = _line(pixels, _kernel(dt, max(SPEED_S, 2.0 * smooth_s))[..., None] * seen, dt)
+    s0, sure = w.sum(axis=1), before & after & certain
     variance = np.einsum("fkj,fkj->fj", w, track.sigma[rows] ** 2) / np.where(s0 > 0, s0, 1.0)
     weight = np.where(sure & (variance > 0), 1.0 / np.where(variance > 0, variance, 1.0), 0.0)
     return Sample(np.where(sure[..., None], points, 0.0), np.where(sure[..., None], speed, 0.0), weight)
+
+
+def _kernel(dt: NDArray[np.float64], deviation_s: float) -> NDArray[np.float64]:
+    return np.exp(-0.5 * (dt / deviation_s) ** 2) * (np.abs(dt) < 3 * deviation_s)
+
+
+def _line(
+    pixels: NDArray[np.float64], w: NDArray[np.float64], dt: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the value and the slope of weighted lines at time 0, shape (F, 17, 2), and whether they are certain.
+
+    Args:
+        pixels: shape (F, frame_count, 17, 2); w: shape (F, frame_count, 17); dt: shape (F, frame_count).
+    """
+    s0, s1, s2 = (np.einsum("fkj,fk->fj", w, dt**n) for n in range(3))
+    p0, p1 = (np.einsum("fkj,fk,fkjc->fjc", w, dt**n, pixels) for n in range(2))
+    flat = s0 * s2 - s1**2
+    certain = flat > 1e-9
+    s0, s1, s2, flat = (one[..., None] for one in (s0, s1, s2, np.where(certain, flat, 1.0)))
+    return (s2 * p0 - s1 * p1) / flat, (s0 * p1 - s1 * p0) / flat, certain
 
 
 def nearest(track: ViewTrack, times_s: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

@@ -20,7 +20,9 @@ _LOOSE = 4.0
 _TRIED = 3
 _ROUNDS = 8
 _SMALL = 1e-3
-_STEP_S = 1.0 / 30.0
+_STEP_S = 1.062 / 30.0
+"""Between instants, no multiple of cameras' periods: instants then lie everywhere between frames. Where all are as
+far from a frame, lines fitted to noisy landmarks agree best at a wrong clock offset."""
 _LEAST_JOINTS = 8
 
 
