@@ -1,7 +1,7 @@
 """Motions of robots by the performers of a solve, kept beside its poses.
 
 Beside each motion a JSON says which joints are asked for too much torque. A file's name holds a digest of the robot's
-table and of the poses: after either has changed it is another.
+table, of the poses, and of the code that retargets: after any of them has changed it is another.
 """
 
 import json
@@ -11,8 +11,10 @@ from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
 
+from studio.engine import robots as robots_code
+from studio.engine import whole_take
 from studio.engine.base.errors import FormatError
-from studio.engine.base.files import write_json
+from studio.engine.base.files import code_digest, write_json
 from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.files import load_robot, robot_table
 from studio.engine.robots.motion import RobotMotion, load_motion, moved_robot
@@ -63,7 +65,8 @@ class KeptMotion:
 
 
 def kept_robot_motions(take: Take, solve: str, robots: Path, robot: Robot) -> dict[int, KeptMotion] | None:
-    """Return the kept motions of a robot by the performer's number; None where one is missing, or of other poses."""
+    """Return the kept motions of a robot by the performer's number; None where one is missing, or of other poses
+    or other code."""
     out = {}
     for number, file in _files(take, solve, robots, robot.name):
         if not file.is_file():
@@ -76,7 +79,7 @@ def kept_robot_motions(take: Take, solve: str, robots: Path, robot: Robot) -> di
 
 
 def _strained(path: Path) -> tuple[StrainedJoint, ...]:
-    """Return what is kept of a motion's joints; nothing where an older studio kept the motion, or it is damaged."""
+    """Return what is kept of a motion's joints; nothing where that is damaged."""
     with suppress(OSError, ValueError, TypeError):
         return tuple(StrainedJoint(**joint) for joint in json.loads(path.read_text(encoding="utf-8")))
     return ()
@@ -84,10 +87,11 @@ def _strained(path: Path) -> tuple[StrainedJoint, ...]:
 
 def _files(take: Take, solve: str, robots: Path, name: str) -> Iterator[tuple[int, Path]]:
     """Yield the number and the file of each performer's motion."""
-    table = robot_table(robots, name).read_bytes()
+    code = code_digest(*robots_code.__path__, *whole_take.__path__)
+    made_with = robot_table(robots, name).read_bytes() + code.encode()
     for performer in take.performer_names(solve) or [""]:
         folder = take.performer_folder(solve, performer) if performer else take.solve_folder(solve)
-        digest = sha256(table)
+        digest = sha256(made_with)
         digest.update((folder / POSES).read_bytes())
         file = folder / f"robot_{name}_{digest.hexdigest()[:_DIGITS]}.npz"
         yield performer_number(performer) if performer else 1, file

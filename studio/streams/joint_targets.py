@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from studio.engine.model.frames import StepResult
 from studio.engine.robots.free_joint import FREE
+from studio.streams.between import PosesBetween
 from studio.streams.cast import Cast, steps_of
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 FORMAT_VERSION = 1
 PORT = 14600
+RATES_HZ = (50.0, 100.0)
 
 WATCHDOG_S = 0.25
 """A performer of whom nothing came for this long is lost."""
@@ -41,8 +43,9 @@ class JointTargets:
         from studio.engine.robots.moving.stage_frames import StageFollower
 
         self._follower = StageFollower(robot, 1.0 / rate_hz, at_once=False)
-        self._newest: StepResult | None = None
+        self._poses = PosesBetween()
         self._seen_s: float | None = None
+        self._time_s: float | None = None
         self._begun_s: float | None = None
         self._last = robot.standing[FREE:]
         self._sequence = 0
@@ -69,7 +72,8 @@ class JointTargets:
         one = steps[0][0]
         known = np.isfinite(one.positions_m).all() and np.isfinite(one.rotations_wxyz).all()
         if known and np.isfinite(one.frame_set.positions).any():
-            self._newest, self._seen_s = one, now_s
+            self._poses.add(one, now_s)
+            self._seen_s = now_s
 
     def message(self, now_s: float) -> dict[str, Any]:
         """Return the next message, for the time `now_s` [s]; one is asked for in each period."""
@@ -81,7 +85,7 @@ class JointTargets:
             "type": "joint_targets",
             "sequence": self._sequence,
             "state": state,
-            "time_s": None if self._newest is None else self._newest.frame_set.stage_time_ns * 1e-9,
+            "time_s": self._time_s,
             "base_m": q[:3].round(5).tolist(),
             "base_wxyz": q[3:FREE].round(6).tolist(),
             "joints_rad": joints.round(6).tolist(),
@@ -89,8 +93,7 @@ class JointTargets:
         }
 
     def _next(self, now_s: float) -> tuple[str, NDArray[np.float64]]:
-        step = self._newest
-        if step is None or self._seen_s is None:
+        if self._seen_s is None:
             return WAIT, self._follower.hold()
         if now_s - self._seen_s > WATCHDOG_S:
             self._begun_s = None
@@ -98,9 +101,10 @@ class JointTargets:
         if self._begun_s is None:
             self._begun_s = now_s
         pace = SLOW + (1.0 - SLOW) * min((now_s - self._begun_s) / RESUME_S, 1.0)
-        time_s = step.frame_set.stage_time_ns * 1e-9
+        pose = self._poses.at(now_s)
+        self._time_s = pose.time_s
         return FOLLOW, self._follower.follow(
-            step.positions_m, step.rotations_wxyz, step.root_height_m, time_s, pace
+            pose.positions_m, pose.rotations_wxyz, pose.root_height_m, pose.time_s, pace
         )
 
 

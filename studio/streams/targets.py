@@ -31,7 +31,7 @@ class Target(Struct, frozen=True):
         id: name of the target in the API.
         kind: a key of `KINDS`.
         host: name or address of the receiving machine; port: its UDP port.
-        rate_hz: largest frame rate.
+        rate_hz: largest frame rate; of joint targets the rate itself.
         scale: factor of positions, for a character of another size.
         actor: name of the character, if the format has one.
         performer: name of the performer whose motion is sent; "" = of all where the format has room for several, else
@@ -69,7 +69,7 @@ class Target(Struct, frozen=True):
                 "host={host!r} is not a machine's name or address; such as 192.168.1.20",
                 host=self.host,
             )
-        _within("rate_hz", self.rate_hz, RATES_HZ)
+        _within("rate_hz", self.rate_hz, joint_targets.RATES_HZ if self.kind == ROBOT else RATES_HZ)
         _within("scale", self.scale, SCALES)
         if (self.kind == ROBOT) != bool(self.robot):
             raise SettingsError(

@@ -3,14 +3,18 @@
 import json
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosedError
 
+from studio import wire
+from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.robots.files import FOLDER, add_robot
-from tests.api.test_outputs import perform
+from tests.api.camera import Camera, send_frames
 from tests.engine.robots import models
 from tests.live.performer import save_stage_calibration
 from tests.patient import connect
@@ -38,6 +42,19 @@ def studio_with_robot(start_studio, tmp_path: Path):
     return start_studio(tmp_path / "sessions")
 
 
+def perform_and_leave(studio, done: threading.Event) -> None:
+    """Let a camera see the performer for 60 frames, and nobody from then on."""
+    with Camera(studio.url("link"), 0) as camera:
+        camera.greet()
+        camera.exchange_clocks()
+        send_frames([camera], 60)
+        while not done.is_set():
+            camera.sequence += 1
+            nobody = np.full((JOINT_COUNT, 3), np.nan), np.zeros(JOINT_COUNT)
+            camera.send(wire.skeleton_frame(camera.sequence, camera.clock_ns(), *nobody))
+            time.sleep(1.0 / 30.0)
+
+
 def test_a_robot_follows_within_its_limits_and_holds_when_the_performer_is_lost(studio_with_robot):
     with subprocess.Popen([sys.executable, "-c", RECEIVER], stdout=subprocess.PIPE, text=True) as receiver:
         assert receiver.stdout is not None
@@ -50,8 +67,14 @@ def test_a_robot_follows_within_its_limits_and_holds_when_the_performer_is_lost(
         with connect(url) as socket:
             assert json.loads(socket.recv())["type"] == "robot"
             assert json.loads(socket.recv())["state"] == "wait"
-        perform(studio_with_robot, 60)
-        told = [json.loads(line) for line in receiver.stdout]
+        done = threading.Event()
+        cameras = threading.Thread(target=perform_and_leave, args=(studio_with_robot, done))
+        cameras.start()
+        try:
+            told = [json.loads(line) for line in receiver.stdout]
+        finally:
+            done.set()
+            cameras.join()
     head = told[0]
     frames = [message for message in told if message["type"] == "joint_targets"]
     states = [message["state"] for message in frames]
@@ -71,8 +94,12 @@ def test_a_robot_follows_within_its_limits_and_holds_when_the_performer_is_lost(
 def test_what_a_robot_needs_is_told(studio_with_robot):
     post = studio_with_robot.http.post
     assert post("/outputs", json={"kind": "robot"}).status_code == 422
+    for rate_hz in (30, 120):
+        refused = post("/outputs", json={"kind": "robot", "robot": "child", "rate_hz": rate_hz})
+        assert refused.status_code == 422 and "50 to 100" in refused.text
     assert "no robot 'nobody'" in post("/outputs", json={"kind": "robot", "robot": "nobody"}).text
-    with connect(studio_with_robot.url("stream?robot=nobody")) as socket:
-        with pytest.raises(ConnectionClosedError) as closed:
-            socket.recv()
-    assert closed.value.rcvd is not None and closed.value.rcvd.code == 4422
+    for wrong in ("robot=nobody", "robot=child&rate_hz=30"):
+        with connect(studio_with_robot.url(f"stream?{wrong}")) as socket:
+            with pytest.raises(ConnectionClosedError) as closed:
+                socket.recv()
+        assert closed.value.rcvd is not None and closed.value.rcvd.code == 4422

@@ -41,6 +41,13 @@ def test_a_robot_is_added_shown_and_follows_a_take(
     rows = np.loadtxt(out, delimiter=",")
     assert rows.shape == (15, 7 + 25)
     assert np.allclose(np.linalg.norm(rows[:, 3:7], axis=1), 1.0, atol=1e-5)
+    for wrong in (["--smooth-hz", "-1"], ["--fps", "0"]):
+        assert main(["export", str(take), *of_robot, *wrong]) == 2
+    assert (
+        main(["robot", "play", "child", str(out), "--fps", "0", "--out", str(tmp_path / "x.png"), *sessions])
+        == 2
+    )
+    assert "above 0" in capsys.readouterr().err
     figures = tmp_path / "figures.json"
     assert main(["evaluate", str(take), "--robot", "child", "--json", str(figures), *sessions]) == 0
     ways = json.loads(figures.read_text())["solves"]["imported"]

@@ -83,7 +83,7 @@ def test_what_was_tracked_with_other_frames_transforms_or_code_is_tracked_again(
     assert solved(take, tracker="points") != fresh
     os.utime(take.raw_path, ns=(1, 1))
     solved(take, tracker="points")
-    monkeypatch.setattr(tracked, "_tracker", lambda: "another")
+    monkeypatch.setattr(tracked, "code_digest", lambda *folders: "another")
     solved(take, tracker="points")
     assert len(counted) == 4
     (file,) = (take.path / FOLDER).glob("*.npz")

@@ -14,9 +14,10 @@ from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import StudioError
 from studio.live import LiveStage
-from studio.streams import Cast, Outputs, OutputStatus, steps_of
+from studio.streams import Cast, Outputs, OutputStatus, joint_targets, steps_of
 from studio.streams.frames import frame_message, head_message
 from studio.streams.robot_sender import JointThread
+from studio.streams.targets import RATES_HZ
 
 if TYPE_CHECKING:
     from studio.engine.robots.body.robot import Robot
@@ -28,7 +29,7 @@ MAX_WAITING = 3
 SOON = 0.75
 """A frame is too early for the rate if less than this share of a period has passed since the last."""
 
-Rate = Annotated[float, Field(ge=1, le=120, description="frames a second at most [Hz]")]
+Rate = Annotated[float, Field(ge=1, le=120, description="frames a second at most [Hz]; of a robot 50 to 100")]
 Port = Annotated[
     int, Field(ge=0, le=65535, description="UDP port; 0: the one that receivers usually listen on")
 ]
@@ -106,11 +107,14 @@ def outputs_router(stage: LiveStage, outputs: Outputs) -> APIRouter:
     async def stream(
         websocket: WebSocket, rate_hz: float = 60.0, performer: str = "", robot: str = ""
     ) -> None:
-        if not 1.0 <= rate_hz <= 120.0:
-            await websocket.close(4422, f"rate_hz={rate_hz:g} is not allowed; allowed: 1 to 120")
+        low_hz, high_hz = joint_targets.RATES_HZ if robot else RATES_HZ
+        if robot:
+            await websocket.accept()  # so that the receiver reads the reason
+        if not low_hz <= rate_hz <= high_hz:
+            reason = f"rate_hz={rate_hz:g} is not allowed; allowed: {low_hz:g} to {high_hz:g}"
+            await websocket.close(4422, reason)
             return
         if robot:
-            await websocket.accept()
             try:
                 model = await asyncio.to_thread(outputs.robot, robot)
             except StudioError as error:

@@ -46,6 +46,8 @@ def add_parser(subparsers: Any) -> None:
     play.add_argument(
         "--out", metavar="FILE", type=Path, help="write a strip of pictures (.png) or a video (.mp4)"
     )
+    play.add_argument("--fps", metavar="F", type=float, default=30.0,
+        help="frames per second of a CSV, which tells none (default 30)")  # fmt: skip
 
 
 def _action(actions: Any, name: str, text: str) -> argparse.ArgumentParser:
@@ -74,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
         remove_robot(folder, args.name)
         print(f"{args.name}: removed")
     elif args.action == "play":
-        _play(load_robot(folder, args.name), args.motion, args.out)
+        _play(load_robot(folder, args.name), args.motion, args.fps, args.out)
     elif args.action == "show":
         _show(args, load_robot(folder, args.name))
     else:
@@ -124,11 +126,11 @@ def _show(args: argparse.Namespace, robot: "Robot") -> None:
     write_result(args, facts)
 
 
-def _play(robot: "Robot", file: Path, out: Path | None) -> None:
+def _play(robot: "Robot", file: Path, csv_fps: float, out: Path | None) -> None:
     from studio.engine.robots.motion import load_motion
     from studio.review.render.robot import play, write_pictures
 
-    motion = load_motion(file, robot)
+    motion = load_motion(file, robot, csv_fps)
     if out is None:
         play(robot, motion)
     else:

@@ -1,10 +1,12 @@
-"""Atomic writes: a crash leaves the old file or the new one, never a part."""
+"""Atomic writes: a crash leaves the old file or the new one, never a part. And which code made a file."""
 
 import json
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
+from hashlib import blake2b
 from pathlib import Path
 from typing import IO, Any
 
@@ -64,3 +66,13 @@ def write_json(path: str | os.PathLike[str], value: Any, *, to_disk: bool = True
     text = json.dumps(value, indent=1, allow_nan=False) + "\n"
     with write_atomically(path, to_disk=to_disk) as file:
         file.write(text.encode())
+
+
+@cache
+def code_digest(*folders: str) -> str:
+    """Return an identifier of the code in folders, for what is kept: changed code makes other results."""
+    digest = blake2b(digest_size=8)
+    for folder in folders:
+        for file in sorted(Path(folder).rglob("*.py")):
+            digest.update(file.read_bytes())
+    return digest.hexdigest()

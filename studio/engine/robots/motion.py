@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.animation.clip.clip import prepared_poses
-from studio.engine.animation.clip.options import ExportOptions
+from studio.engine.animation.clip.options import MAX_FPS, ExportOptions, check_options
 from studio.engine.animation.clip.resample import resampled
 from studio.engine.base.arrays import read_arrays, save_arrays
 from studio.engine.base.errors import FormatError, SettingsError
@@ -80,17 +80,31 @@ FORMATS: dict[str, Callable[[RobotMotion, str | os.PathLike[str]], None]] = {
 """Format -> its writer."""
 
 
-def load_motion(path: str | os.PathLike[str], robot: Robot) -> RobotMotion:
-    """Return a robot's motion from npz; from CSV, whose rate nothing tells, at 30 frames per second.
+CSV_FPS = 30.0
+"""Rate of a CSV, which tells none: that of the LAFAN1 retargeting set."""
+
+
+def load_motion(path: str | os.PathLike[str], robot: Robot, csv_fps: float = CSV_FPS) -> RobotMotion:
+    """Return a robot's motion from npz, or from CSV at `csv_fps` frames per second, because nothing in it tells.
 
     Raises:
+        SettingsError: a rate that is not allowed.
         FormatError: the file cannot be read, or is of another robot.
     """
+    if not 0.0 < csv_fps <= MAX_FPS:  # NaN fails too
+        raise SettingsError(
+            "export.between",
+            "{name}={value}: allowed is a number above {low:g} and up to {high:g}",
+            name="fps",
+            value=csv_fps,
+            low=0.0,
+            high=MAX_FPS,
+        )
     try:
         if os.fspath(path).lower().endswith(".csv"):
             rows = np.loadtxt(path, delimiter=",", ndmin=2)
             q = np.concatenate([rows[:, :3], rows[:, 6:7], rows[:, 3:6], rows[:, FREE:]], axis=1)
-            motion = RobotMotion(robot.name, robot.joint_names, np.arange(len(q)) / 30.0, q)
+            motion = RobotMotion(robot.name, robot.joint_names, np.arange(len(q)) / csv_fps, q)
         else:
             values = read_arrays(path, _KEYS, ROBOT_MOTION)
             names = tuple(str(name) for name in values["joint_names"])
@@ -122,6 +136,7 @@ def part_of(poses: Poses, options: ExportOptions) -> tuple[Poses, Performed]:
         SettingsError: options that are not allowed.
         FormatError: as `performed`.
     """
+    check_options(options, "npz", frozenset())
     chosen = resampled(prepared_poses(poses, options))[0]
     return chosen, performed(chosen)
 

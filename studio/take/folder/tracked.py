@@ -9,8 +9,6 @@ import logging
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
-from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -21,7 +19,7 @@ from numpy.typing import NDArray
 from studio.engine import seeing
 from studio.engine.base.arrays import read_arrays, save_arrays
 from studio.engine.base.errors import FormatError, StudioError
-from studio.engine.base.files import write_atomically
+from studio.engine.base.files import code_digest, write_atomically
 from studio.engine.base.versions import TRACKED
 from studio.engine.model.calibration import Performer, performer_from_json, performer_to_json
 from studio.engine.model.frames import CameraFrame
@@ -114,13 +112,4 @@ def _file(take: Take, name: str) -> Path:
 def _origin(take: Take, made_with: Any) -> str:
     """Return an identifier of the skeletons' inputs: the frames on the disk, the tracker, and its further inputs."""
     raw = take.raw_path.stat()
-    return json.dumps([raw.st_size, raw.st_mtime_ns, _tracker(), made_with])
-
-
-@cache
-def _tracker() -> str:
-    """Return an identifier of the tracker's code, because changed code makes other skeletons."""
-    digest = blake2b(digest_size=8)
-    for file in sorted(Path(seeing.__file__).parent.rglob("*.py")):
-        digest.update(file.read_bytes())
-    return digest.hexdigest()
+    return json.dumps([raw.st_size, raw.st_mtime_ns, code_digest(*seeing.__path__), made_with])

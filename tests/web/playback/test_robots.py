@@ -72,10 +72,15 @@ def test_joints_that_are_asked_for_too_much_are_told(
         assert client.put("/view", json={"robot": ""}).json()["robot_strained"] == []
 
 
-def test_a_motion_is_made_again_for_other_poses(walk: Take, tmp_path: Path) -> None:
+def test_a_motion_is_made_again_for_other_poses_and_by_other_code(
+    walk: Take, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder, robot = tmp_path / FOLDER, load_robot(tmp_path / FOLDER, "child")
     keep_robot_motions(walk, "walk", folder, "child")
     assert kept_robot_motions(walk, "walk", folder, robot) is not None
+    with monkeypatch.context() as other:
+        other.setattr("studio.offline.robots.code_digest", lambda *folders: "another")
+        assert kept_robot_motions(walk, "walk", folder, robot) is None
     file = walk.solve_folder("walk") / "poses.npz"
     file.write_bytes((walk.solve_folder("studio") / "poses.npz").read_bytes())
     assert kept_robot_motions(walk, "walk", folder, robot) is None

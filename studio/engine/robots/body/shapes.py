@@ -47,7 +47,8 @@ class Shape:
 
 
 def robot_shapes(robot: Robot) -> list[Shape]:
-    """Return what a robot looks like: its meshes and other geoms where it has any, else capsules along its bones."""
+    """Return what a robot looks like: its meshes and other geoms; without meshes, bodies that have none get capsules
+    along their bones."""
     model = robot.model
     own = np.flatnonzero(model.geom_bodyid > 0)
     seen = own[np.isin(model.geom_group[own], VISIBLE_GROUPS) & (model.geom_rgba[own, 3] > 0.0)]
@@ -58,8 +59,11 @@ def robot_shapes(robot: Robot) -> list[Shape]:
             key = int(model.geom_bodyid[geom]), _colour(model, int(geom))
             place = made[0] @ matrices(model.geom_quat[geom]).T + model.geom_pos[geom]
             parts.setdefault(key, []).append((place, made[1]))
-    for body, made in () if parts else _bones(model):
-        parts.setdefault((body, _GREY), []).append(made)
+    shown = {body for body, _ in parts}
+    if not (model.geom_type[own] == mujoco.mjtGeom.mjGEOM_MESH).any():
+        for body, made in _bones(model):
+            if body not in shown:
+                parts.setdefault((body, _GREY), []).append(made)
     return [_shape(body, rgb, pieces) for (body, rgb), pieces in parts.items()]
 
 

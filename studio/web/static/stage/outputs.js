@@ -7,6 +7,7 @@ import { t } from "../base/strings.js";
 
 const KINDS = { vmc: { label: "VMC (OSC)", port: 39539 }, rokoko: { label: "Rokoko JSON v3", port: 14043 }, robot: { label: "JSON", port: 14600 } };
 const RATES = [30, 50, 60, 100, 120];
+const ROBOT_RATES = [50, 60, 100];
 const PERIOD_MS = 2000;
 const panel = { kind: "vmc", host: "127.0.0.1", port: "", rate: 60, performer: "", names: [], robot: "", robots: [] };
 
@@ -69,10 +70,12 @@ function form() {
   const robot = panel.kind === "robot" && h("select", {
     id: "output-robot", aria: { label: t("outputs.which_robot") }, onchange: (event) => { panel.robot = event.currentTarget.value; },
   }, panel.robots.map((value) => h("option", { value, selected: value === panel.robot }, value)));
+  const rates = panel.kind === "robot" ? ROBOT_RATES : RATES;
+  if (!rates.includes(panel.rate)) panel.rate = 60;
   const rate = h("select", {
     id: "output-rate", aria: { label: t("outputs.rate") },
     onchange: (event) => { panel.rate = Number(event.currentTarget.value); },
-  }, RATES.map((value) => h("option", { value, selected: value === panel.rate }, `${value} Hz`)));
+  }, rates.map((value) => h("option", { value, selected: value === panel.rate }, `${value} Hz`)));
   const whose = panel.names.length > 0 && h("select", {
     id: "output-performer", aria: { label: t("people.of") }, onchange: (event) => { panel.performer = event.currentTarget.value; },
   }, ["", ...panel.names].map((value) => h("option", { value, selected: value === panel.performer }, value || t("people.all"))));

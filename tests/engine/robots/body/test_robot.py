@@ -8,6 +8,7 @@ import pytest
 from studio.engine.base.errors import FormatError
 from studio.engine.robots.body.reading import UNLIMITED_RAD
 from studio.engine.robots.body.robot import INDEX, build_robot
+from studio.engine.robots.body.shapes import robot_shapes
 from tests.engine.robots import models
 
 UNITREE = {
@@ -108,3 +109,11 @@ def test_what_is_no_humanoid_is_refused_in_one_line(code: str, tmp_path: Path):
 def test_a_missing_file_is_refused(tmp_path: Path):
     with pytest.raises(FormatError, match="none"):
         build_robot(tmp_path / "none.xml", "none")
+
+
+def test_a_robot_without_meshes_has_capsules_where_its_bodies_have_nothing(tmp_path: Path):
+    """A URDF whose feet alone have geometry: its legs, trunk and arms are seen too."""
+    robot = build_robot(models.written(tmp_path, models.urdf(), "bare.urdf"), "bare")
+    bodies = [robot.model.body(shape.body).name for shape in robot_shapes(robot)]
+    assert {"left_ankle_roll", "left_knee", "torso", "right_elbow"} <= set(bodies)
+    assert bodies.count("left_ankle_roll") == 1
