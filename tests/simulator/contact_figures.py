@@ -15,7 +15,7 @@ from studio.engine.metrics.reference.reference import read_reference
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.poses import Poses
 from studio.engine.whole_take import together
-from studio.engine.whole_take.finish.others import Surfaces, hands_apart_m, holding, overlap_m
+from studio.engine.whole_take.finish.contact.others import Surfaces, hands_apart_m, holding, overlap_m
 from studio.take.folder.evaluating import evaluate_performers
 from studio.take.folder.references import HowAligned
 

@@ -19,7 +19,7 @@ from studio.engine.edits.timing import eased
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.human.skeleton import Skeleton, forward_positions
-from studio.engine.whole_take.finish.contacts import runs
+from studio.engine.whole_take.finish.contact.contacts import runs
 
 AROUND_S = 0.5
 """How far before and after a change the take may move [s]."""

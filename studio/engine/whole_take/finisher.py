@@ -26,15 +26,15 @@ from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.touching import HeldJoint
 from studio.engine.whole_take.edited import Edited
-from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, runs, wander_of
+from studio.engine.whole_take.finish.contact.contacts import JOINTS, Contacts, find_contacts, runs, wander_of
+from studio.engine.whole_take.finish.contact.others import Surfaces, meet
+from studio.engine.whole_take.finish.contact.soles import Soles, feet_of, lift_m, without_dips
 from studio.engine.whole_take.finish.known import Known
 from studio.engine.whole_take.finish.lost_limbs import bring_back
 from studio.engine.whole_take.finish.measurements import posture_share
-from studio.engine.whole_take.finish.others import Surfaces, meet
 from studio.engine.whole_take.finish.posing import Posing
 from studio.engine.whole_take.finish.readings import Readings
 from studio.engine.whole_take.finish.smoother import Smoother
-from studio.engine.whole_take.finish.soles import Soles, feet_of, lift_m, without_dips
 from studio.engine.whole_take.finish.store import Store
 from studio.engine.whole_take.finish.trajectory import Kinematics, moved, steps_between
 from studio.engine.whole_take.finish.windows import MARGIN, WINDOW

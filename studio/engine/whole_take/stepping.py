@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.whole_take.finish.contacts import Contacts
+from studio.engine.whole_take.finish.contact.contacts import Contacts
+from studio.engine.whole_take.finish.contact.others import OtherPerformer
 from studio.engine.whole_take.finish.known import Known
-from studio.engine.whole_take.finish.others import OtherPerformer
 from studio.engine.whole_take.finish.readings import Readings
 from studio.engine.whole_take.finish.smoother import Smoother
 from studio.engine.whole_take.finish.windows import MARGIN, WINDOW

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from studio.engine.model.poses import Poses
-from studio.engine.whole_take.finish.between import held_by_others
+from studio.engine.whole_take.finish.contact.between import held_by_others
 from studio.engine.whole_take.finisher import Finisher
 from studio.engine.whole_take.take import TakeSolve
 

@@ -14,7 +14,7 @@ from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import INDEX, OUTPUT_INDEX, PARENTS
 from studio.engine.model.poses import Poses
 from studio.engine.model.soles import rest_lift_m
-from studio.engine.whole_take.finish.contacts import find_contacts
+from studio.engine.whole_take.finish.contact.contacts import find_contacts
 from tests.poses_factory import t_pose
 
 PERFORMER = Performer(1.78, AUTHORED_OFFSETS)

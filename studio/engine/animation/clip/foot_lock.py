@@ -15,7 +15,7 @@ from studio.engine.animation.clip.leg_ik import between, reach
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.poses import Poses
 from studio.engine.model.soles import rest_lift_m
-from studio.engine.whole_take.finish.contacts import Contacts, find_contacts
+from studio.engine.whole_take.finish.contact.contacts import Contacts, find_contacts
 
 EASE_S = 0.15
 ROLLING_M = 0.05

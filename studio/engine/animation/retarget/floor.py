@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from studio.engine.animation.clip.foot_lock import EASE_S, eased
 from studio.engine.animation.retarget.limbs import Places
-from studio.engine.whole_take.finish.contacts import find_contacts
+from studio.engine.whole_take.finish.contact.contacts import find_contacts
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from studio.engine.base.errors import FormatError
 from studio.engine.base.quaternions import rotate
 from studio.engine.model.poses import Poses
-from studio.engine.whole_take.finish.contacts import find_contacts
+from studio.engine.whole_take.finish.contact.contacts import find_contacts
 
 Array = NDArray[np.float64]
 

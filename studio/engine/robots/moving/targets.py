@@ -14,7 +14,7 @@ from studio.engine.robots.body.parts import SIDES
 from studio.engine.robots.body.robot import CORNERS, INDEX, POINTS, THUMB_M, Robot
 from studio.engine.robots.moving.performed import SIDES as PERFORMER_SIDES
 from studio.engine.robots.moving.performed import Performed
-from studio.engine.whole_take.finish.places import places_of
+from studio.engine.whole_take.finish.contact.places import places_of
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from studio.engine.edits.pins import Pins
 from studio.engine.solve.touching import HeldJoint, with_held, with_touches
-from studio.engine.whole_take.finish.contacts import Contacts, lying
-from studio.engine.whole_take.finish.soles import Soles, lift_m
+from studio.engine.whole_take.finish.contact.contacts import Contacts, lying
+from studio.engine.whole_take.finish.contact.soles import Soles, lift_m
 from studio.engine.whole_take.finish.trajectory import Kinematics
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.model.joints import MIRROR
-from studio.engine.whole_take.finish.contacts import wander_of
+from studio.engine.whole_take.finish.contact.contacts import wander_of
 from studio.engine.whole_take.finish.lost_limbs import far_limbs
 from studio.engine.whole_take.finish.measurements import Measurements, NoiseScale, measure, swapped
 from studio.engine.whole_take.finish.store import Store

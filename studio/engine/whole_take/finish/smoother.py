@@ -27,10 +27,10 @@ from studio.engine.whole_take.finish.banded import (
     add_accelerations,
     add_rows,
 )
-from studio.engine.whole_take.finish.body_contact import BodyContact
-from studio.engine.whole_take.finish.contacts import JOINTS, Contacts
+from studio.engine.whole_take.finish.contact.body_contact import BodyContact
+from studio.engine.whole_take.finish.contact.contacts import JOINTS, Contacts
+from studio.engine.whole_take.finish.contact.others import OtherBodies, OtherPerformer
 from studio.engine.whole_take.finish.measurements import Measurements
-from studio.engine.whole_take.finish.others import OtherBodies, OtherPerformer
 from studio.engine.whole_take.finish.radii import squared_radii
 from studio.engine.whole_take.finish.trajectory import Kinematics, moved, steps
 

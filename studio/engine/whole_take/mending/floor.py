@@ -16,8 +16,8 @@ from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.soles import USUAL_TOE_HEIGHT_M
-from studio.engine.whole_take.finish.contacts import JOINTS, find_contacts
-from studio.engine.whole_take.finish.soles import Soles, lift_m
+from studio.engine.whole_take.finish.contact.contacts import JOINTS, find_contacts
+from studio.engine.whole_take.finish.contact.soles import Soles, lift_m
 from studio.engine.whole_take.mending.around import STEP_S, around
 
 SMOOTHING_S = 0.1

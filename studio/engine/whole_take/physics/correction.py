@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.model.human.humanoid import Humanoid
-from studio.engine.whole_take.finish.contacts import Contacts
+from studio.engine.whole_take.finish.contact.contacts import Contacts
 from studio.engine.whole_take.finish.measurements import Measurements
 from studio.engine.whole_take.finish.smoother import Smoother
 from studio.engine.whole_take.finish.trajectory import steps

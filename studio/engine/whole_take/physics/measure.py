@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.model.human.humanoid import Humanoid
-from studio.engine.whole_take.finish.contacts import JOINTS, Contacts
+from studio.engine.whole_take.finish.contact.contacts import JOINTS, Contacts
 from studio.engine.whole_take.finish.trajectory import Kinematics, steps
 from studio.engine.whole_take.physics.correction import floor_height_m
 from studio.engine.whole_take.physics.dynamics import body_mass_kg, dynamics

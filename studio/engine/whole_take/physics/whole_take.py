@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from studio.engine.model.human.humanoid import Humanoid
 from studio.engine.model.solve_metrics import SolveMetrics
-from studio.engine.whole_take.finish.contacts import Contacts
+from studio.engine.whole_take.finish.contact.contacts import Contacts
 from studio.engine.whole_take.finish.trajectory import moved, steps_between
 from studio.engine.whole_take.physics.correction import WindowStep
 from studio.engine.whole_take.physics.dynamics import GRAVITY_M_S2, body_mass_kg

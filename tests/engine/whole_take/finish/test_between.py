@@ -9,8 +9,8 @@ from studio.engine.edits.edit import ContactEdit, Edit
 from studio.engine.edits.touches import Touches
 from studio.engine.model.joints import INDEX
 from studio.engine.solve.touching import thick_m
-from studio.engine.whole_take.finish.between import held_by_others
-from studio.engine.whole_take.finish.others import Surfaces
+from studio.engine.whole_take.finish.contact.between import held_by_others
+from studio.engine.whole_take.finish.contact.others import Surfaces
 
 DT = 1 / 60
 HAND, SHOULDER = INDEX["left_hand"], INDEX["right_shoulder"]

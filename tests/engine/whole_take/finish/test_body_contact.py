@@ -8,8 +8,8 @@ from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.fitting.cones import SHAPE, performer_of
-from studio.engine.whole_take.finish import body_contact
-from studio.engine.whole_take.finish.body_contact import BELIEVED_M, GIVES_M, SIGMA_M, BodyContact
+from studio.engine.whole_take.finish.contact import body_contact
+from studio.engine.whole_take.finish.contact.body_contact import BELIEVED_M, GIVES_M, SIGMA_M, BodyContact
 from studio.engine.whole_take.finish.trajectory import Kinematics, moved
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from studio.engine.whole_take.finish.contacts import find_contacts, wander_of
-from studio.engine.whole_take.finish.places import CHANGE_M2_S, EASE_S, places_of
+from studio.engine.whole_take.finish.contact.contacts import find_contacts, wander_of
+from studio.engine.whole_take.finish.contact.places import CHANGE_M2_S, EASE_S, places_of
 
 REST_M = np.array([0.08, 0.02, 0.08, 0.02])
 STANDING = np.array([[0.1, 0.0, 0.08], [0.1, -0.15, 0.02], [-0.1, 0.0, 0.08], [-0.1, -0.15, 0.02]])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio.engine.model.joints import INDEX
-from studio.engine.whole_take.finish.others import (
+from studio.engine.whole_take.finish.contact.others import (
     OtherBodies,
     OtherPerformer,
     Surfaces,

@@ -7,8 +7,8 @@ from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import INDEX, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.seeing.fitting.cones import SHAPE, performer_of
-from studio.engine.whole_take.finish.contacts import JOINTS, find_contacts
-from studio.engine.whole_take.finish.soles import GIVES_M, feet_of, lift_m, without_dips
+from studio.engine.whole_take.finish.contact.contacts import JOINTS, find_contacts
+from studio.engine.whole_take.finish.contact.soles import GIVES_M, feet_of, lift_m, without_dips
 from studio.engine.whole_take.finish.trajectory import Kinematics
 
 REST_M = np.array([0.08, 0.04, 0.08, 0.04])

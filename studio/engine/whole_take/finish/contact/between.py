@@ -6,7 +6,7 @@ import numpy as np
 
 from studio.engine.edits.touches import Touches
 from studio.engine.solve.touching import HeldJoint, thick_m
-from studio.engine.whole_take.finish.others import WITHIN_NS, Surfaces
+from studio.engine.whole_take.finish.contact.others import WITHIN_NS, Surfaces
 
 
 def held_by_others(

@@ -12,7 +12,7 @@ from scipy.ndimage import median_filter
 
 from studio.engine.base.geometry import nearest_on_segments
 from studio.engine.model.joints import INDEX
-from studio.engine.whole_take.finish.body_contact import (
+from studio.engine.whole_take.finish.contact.body_contact import (
     BELIEVED_M,
     GIVES_M,
     NEAR_M,

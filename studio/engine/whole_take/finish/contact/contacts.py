@@ -8,7 +8,7 @@ from scipy.ndimage import binary_closing, binary_opening, binary_propagation, ga
 
 from studio.engine.model.joints import INDEX
 from studio.engine.solve.completion.floor import LEAST_HEIGHT
-from studio.engine.whole_take.finish.places import CHANGE_M2_S, places_of
+from studio.engine.whole_take.finish.contact.places import CHANGE_M2_S, places_of
 
 JOINTS = tuple(INDEX[name] for name in ("left_ankle", "left_toe", "right_ankle", "right_toe"))
 _ANKLES, _TOES = [0, 2], [1, 3]  # of `JOINTS`

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from studio.engine.model.human.humanoid import Humanoid
 from studio.engine.model.soles import USUAL_TOE_HEIGHT_M
-from studio.engine.whole_take.finish.contacts import FLAT_M, JOINTS, Contacts
+from studio.engine.whole_take.finish.contact.contacts import FLAT_M, JOINTS, Contacts
 
 LOWEST_PERCENT = 5.0
 """Share of a take's frames in which the lowest standing sole is under the floor, because shoes give."""
