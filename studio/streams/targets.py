@@ -121,9 +121,18 @@ def load_targets(sessions: Path) -> list[Target]:
     """
 
     def read(value: dict[str, Any]) -> list[Target]:
-        return [Target(**item) for item in value["targets"]]
+        return [Target(**_with_allowed_rate(item)) for item in value["targets"]]
 
     return load_choices(sessions / FILE, OUTPUTS, read, [])
+
+
+def _with_allowed_rate(item: dict[str, Any]) -> dict[str, Any]:
+    """Joint targets that an earlier version stored may have a rate that is not allowed any more."""
+    rate_hz = item.get("rate_hz")
+    if item.get("kind") != ROBOT or not isinstance(rate_hz, int | float):
+        return item
+    low, high = joint_targets.RATES_HZ
+    return {**item, "rate_hz": min(max(float(rate_hz), low), high)}
 
 
 def save_targets(sessions: Path, targets: list[Target]) -> None:

@@ -1,7 +1,7 @@
 """Foot lock: standing ankles and toes are held at one place, by turning legs and feet.
 
-Stances are found as in finishing (`finish.contacts`). The correction is blended in before a stance and out after it,
-so that no foot jumps.
+Stances are found as in finishing (`finish.contact.contacts`). The correction is blended in before a stance and out
+after it, so that no foot jumps.
 """
 
 from dataclasses import replace

@@ -16,7 +16,7 @@ STANDS_WITHIN_M = 0.005
 def floor_shifts(source: Places, source_rest: Places, ratio: float, hz: float) -> dict[str, Array]:
     """Return the lift that puts each foot on the floor [m], by side, shape (F,).
 
-    Stances are found in the motion as in finishing (`finish.contacts`): by the ball of a foot, and by the
+    Stances are found in the motion as in finishing (`finish.contact.contacts`): by the ball of a foot, and by the
     ankle where only the heel stands. The lift is blended in before a stance and out after it. No ball of a
     foot goes through the floor, whether it stands or not.
 

@@ -1,7 +1,7 @@
 """How far a solve raises a take above what its cameras see, known before it is solved.
 
-Finishing stands the soles on the floor by one shift of the whole take (`finish.soles.lift_m`). Pins are placed on
-what was shown, which is over this floor; cameras' joints are not.
+Finishing stands the soles on the floor by one shift of the whole take (`finish.contact.soles.lift_m`). Pins are
+placed on what was shown, which is over this floor; cameras' joints are not.
 """
 
 from collections.abc import Sequence
