@@ -66,7 +66,7 @@ def solve_take(
         progress: receives the share done.
         to_disk: see `write_performers`.
         show: receives what the solve has so far, where it tracks depth first.
-        processes: how many may track cameras side by side; None = one a core.
+        processes: how many may track cameras side by side; None = two a core.
         edits: of the take; those that are on are honoured, and `edits` in metrics.json says what became of each.
             None = those that the take has. Not with `as_live`.
 

@@ -32,12 +32,15 @@ def track_cameras(
         take: whose depth `recording` is.
         names: of cameras with depth.
         progress: receives the share done; what it raises ends all processes.
-        processes: at most so many; None = as many as this one may use cores.
+        processes: at most so many; None = twice as many as this one may use cores, so that three cameras keep two
+            cores busy to the end.
 
     Raises:
         StudioError: a process broke off; what to do.
     """
-    count = min(core_count() if processes is None else processes, len(names))
+    if processes is None:
+        processes = 2 * core_count() if core_count() > 1 else 1
+    count = min(processes, len(names))
     if count > 1 and sum(len(recording.times_ns(name)) for name in names) >= WORTH_IMAGES:
         works = {name: (take, name) for name in names}
         return run_several(
