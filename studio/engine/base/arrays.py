@@ -1,4 +1,4 @@
-"""Reading and writing `.npz` files. Reading refuses a file that would unpack to too much memory."""
+"""Arrays: runs of flags; `.npz` files, whose reading refuses one that would unpack to too much memory."""
 
 import mmap
 import os
@@ -85,3 +85,9 @@ def read_arrays(
             there = [key for key in (*keys, *optional) if key in data.files]
             found = kind.current({**{key: data[key] for key in there}, **version}, path)
     return {key: found[key] for key in (*keys, *(key for key in optional if key in found))}
+
+
+def runs(flags: NDArray[np.bool_], first: int = 0) -> list[tuple[int, int]]:
+    """Return begin and end (one past the last) of each run of true flags; `first`: the place of the first flag."""
+    edges = first + np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

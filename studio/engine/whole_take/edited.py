@@ -1,8 +1,8 @@
 """What edits change in a take, so that it is solved again there only.
 
 The take is solved without edits. Around what they change it is solved again with them, from the state that the solve
-had there, and everything else stays as it is: no noise, floor or acceleration that is estimated over
-the whole take knows of an edit.
+had there, and everything else stays as it is: no noise, floor or acceleration that is estimated over the whole take
+knows of an edit.
 """
 
 from collections.abc import Sequence
@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.base.arrays import runs
 from studio.engine.base.geometry import matrices
 from studio.engine.base.quaternions import continuous_signs, normalized
 from studio.engine.edits.frames import Frames, changed_spans_s, stage_s
@@ -19,7 +20,6 @@ from studio.engine.edits.timing import eased
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.human.skeleton import Skeleton, forward_positions
-from studio.engine.whole_take.finish.contact.contacts import runs
 
 AROUND_S = 0.5
 """How far before and after a change the take may move [s]."""

@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.base.arrays import runs
 from studio.engine.base.errors import SettingsError
 from studio.engine.edits.pins import Pins
 from studio.engine.edits.touches import Touches
@@ -26,7 +27,7 @@ from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.touching import HeldJoint
 from studio.engine.whole_take.edited import Edited
-from studio.engine.whole_take.finish.contact.contacts import JOINTS, Contacts, find_contacts, runs, wander_of
+from studio.engine.whole_take.finish.contact.contacts import JOINTS, Contacts, find_contacts, wander_of
 from studio.engine.whole_take.finish.contact.others import Surfaces, meet
 from studio.engine.whole_take.finish.contact.soles import Soles, feet_of, lift_m, without_dips
 from studio.engine.whole_take.finish.known import Known

@@ -30,6 +30,7 @@ JUMP_S, LONGEST_S = 0.04, 1.0
 """Windows that are later by more than the first, and alike, tell a jump; up to the second it is found."""
 
 _EDGE_S, _STEP_S = 0.5, 0.106
+"""Time left out at either end, and between instants: no multiple of cameras' periods, as in `starting.first`."""
 _ROUNDS, _SETTLED_S, _MOST_STEP_S = 10, 0.001, 0.1
 _LEAST_FRAMES, _LEAST_ROWS, _LEAST_WINDOWS = 20, 200, 4
 _CAUCHY = 2.0

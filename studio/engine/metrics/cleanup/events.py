@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.base.arrays import runs
 from studio.engine.metrics.results import CleanupEventJson
 from studio.engine.model.joints import CANONICAL
 
@@ -67,12 +68,6 @@ def limb_of(joint: str) -> str:
 
 
 LIMB_OF: tuple[str, ...] = tuple(limb_of(name) for name in CANONICAL)
-
-
-def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the runs of true values as (first, one past the last)."""
-    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
-    return list(zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True))
 
 
 def events_of(

@@ -9,7 +9,8 @@ Source: foot skating as in Kovar, Schreiner, Gleicher, "Footskate cleanup for mo
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.metrics.cleanup.events import CleanupEvent, joined, limb_of, runs
+from studio.engine.base.arrays import runs
+from studio.engine.metrics.cleanup.events import CleanupEvent, joined, limb_of
 from studio.engine.metrics.cleanup.shown import ShownMotion
 from studio.engine.metrics.figures.feet import STANCE_HEIGHT_M, stance_of
 from studio.engine.model.joints import INDEX

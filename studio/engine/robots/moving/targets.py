@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.base.arrays import runs
 from studio.engine.base.quaternions import multiply, rotate
 from studio.engine.robots.body.parts import SIDES
 from studio.engine.robots.body.robot import CORNERS, INDEX, POINTS, THUMB_M, Robot
@@ -348,12 +349,6 @@ def _turned(yaw: Array, local: Array) -> Array:
     """Vectors on the floor, shape (1 or frame_count, count, 2), turned by headings, shape (frame_count,)."""
     c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     return np.stack([c * local[..., 0] - s * local[..., 1], s * local[..., 0] + c * local[..., 1]], axis=-1)
-
-
-def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Begin and end of each run of true flags."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _touches(motion: Performed, ratio: float) -> tuple[Array, Array]:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from studio.engine.base.arrays import runs
 from studio.engine.calibration.cameras.noise import rays
 from studio.engine.edits.edit import Edit, PinEdit
 from studio.engine.edits.frames import Changed, Frames, doubted
@@ -106,7 +107,7 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
             return frames
     places, gone = np.full((*seen.tracks.shape[:3], 3), np.nan), np.zeros(seen.tracks.shape[:3], dtype=bool)
     lasts = np.zeros(seen.tracks.shape[:2], dtype=bool)  # where nothing is known of the joint
-    for at in _runs(pinned):
+    for at in (slice(*run) for run in runs(pinned)):
         errs = _contradict(seen.tracks[:, :, joint], place, at)
         if not errs.any():
             continue
@@ -139,12 +140,6 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
         places[:, :, joint] = np.where(put[..., None], path[:, None], places[:, :, joint])
         guessed[:, :, joint] = put
     return _changed(frames, calibration, seen, places, gone, guessed)
-
-
-def _runs(flags: NDArray[np.bool_]) -> list[slice]:
-    """The runs of true flags."""
-    edges = np.flatnonzero(np.diff(flags.astype(int), prepend=0, append=0))
-    return [slice(int(first), int(stop)) for first, stop in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _contradict(tracks: Array, place: Array, at: slice) -> NDArray[np.bool_]:

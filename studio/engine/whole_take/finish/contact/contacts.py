@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, binary_opening, binary_propagation, gaussian_filter1d
 
+from studio.engine.base.arrays import runs
 from studio.engine.model.joints import INDEX
 from studio.engine.solve.completion.floor import LEAST_HEIGHT
 from studio.engine.whole_take.finish.contact.places import CHANGE_M2_S, places_of
@@ -216,12 +217,6 @@ def _standing_height(heights: NDArray[np.float64]) -> float:
         return float("inf")
     low = np.sort(heights)[: max(1, len(heights) // 2)]
     return float(np.median(low))
-
-
-def runs(flags: NDArray[np.bool_], first: int = 0) -> list[tuple[int, int]]:
-    """Return begin and end of each run of true flags; `first`: the place of the first flag."""
-    edges = first + np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _eased(count: int, dt: float, free: tuple[bool, bool]) -> NDArray[np.float64]:
