@@ -42,8 +42,6 @@ _BELOW_KNEES = [
 ]
 _WHY = {COVERED: "covered", OUTSIDE: "outside"}
 _TOLD_AFTER_NS = 500_000_000
-_FARTHEST = 99.0
-"""Percentile of an image's readings that is the end of the camera's range."""
 
 
 def marked(
@@ -64,18 +62,21 @@ def marked(
     cone = samples[:, 0].astype(np.int64)
     limb = np.isin(figure.surface.part[cone], _LEGS)
     samples, cone = samples[limb], cone[limb]
+    radii_m = _radii(figure, samples)
     hanging = pose.with_angles(np.where(_of_legs(fitter), fitter.limits.rest, pose.angles))
     expected, usual = (_places(fitter, figure, there, samples) for there in (pose, hanging))
     away = np.linalg.norm(points.places[:, None] - expected, axis=2).min(axis=0, initial=np.inf)
     limbs, thirds = figure.surface.part[cone], _sample_of(figure)
     out = []
     for seen in silhouettes:
-        blind = (shown(seen, expected) == UNREAD) | (shown(seen, usual) == UNREAD)
+        dark = shown(seen, expected) == UNREAD
+        far = dark & _out_of_range(seen, expected, radii_m)
+        blind = dark | (shown(seen, usual) == UNREAD)
         for part in np.unique(limbs):
             beyond = False  # from a limb's end to its root
             own = np.flatnonzero(limbs == part)
             for k in own[::-1]:
-                blind[k] &= beyond or away[k] > _READ_M
+                blind[k] &= beyond or far[k] or away[k] > _READ_M
                 beyond = blind[k]
             if blind[own].mean() > _UNREAD_SHARE:  # a foot that is expected beside its hole in the floor, too
                 blind[own[int(blind[own].argmax()) :]] = True
@@ -163,6 +164,19 @@ def _places(fitter: Fitter, figure: BodyShape, pose: Pose, samples: Array) -> Ar
     return sample_places(figure, origins, frames, samples)
 
 
+def _radii(figure: BodyShape, samples: Array) -> Array:
+    """Return the figure's radius at samples [m], shape (sample_count,)."""
+    cone, share = samples[:, 0].astype(np.int64), samples[:, 1]
+    surface = figure.surface
+    return surface.start_radius[cone] + share * (surface.end_radius[cone] - surface.start_radius[cone])
+
+
+def _out_of_range(seen: Silhouette, places: Array, radii_m: Array) -> NDArray[np.bool_]:
+    """Return whether the surface about places on axes is farther away than whatever a camera reads."""
+    away_m = places @ seen.rotation[2] + seen.translation[2] - radii_m
+    return away_m > seen.depth.max()
+
+
 def _of_legs(fitter: Fitter) -> NDArray[np.bool_]:
     """Return which angles are the legs', shape (dof_count,)."""
     return np.array([part_of(name.split("_")[0]) in _LEGS for name in fitter.limits.names])
@@ -184,9 +198,8 @@ def why_unread(figure: BodyShape, places: Array, seen: Silhouette, codes: NDArra
         return ""
     if code != UNREAD:
         return _WHY[code]
-    away = places[below] @ seen.rotation[2] + seen.translation[2]
-    farthest = np.percentile(seen.depth[seen.depth > 0.0], _FARTHEST) if seen.depth.any() else 0.0
-    return "range" if np.median(away) > farthest else "no_depth"
+    far = _out_of_range(seen, places[below], _radii(figure, figure.samples[below]))
+    return "range" if 2 * far.sum() > len(far) else "no_depth"
 
 
 class LegsUnread:

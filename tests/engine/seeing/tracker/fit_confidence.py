@@ -34,6 +34,7 @@ from studio.engine.model.joints import INDEX
 from studio.engine.seeing.fitting.cones import PARTS
 from studio.engine.seeing.fitting.confidence import _WEIGHTS, EVIDENCE, KINDS, evidence, expected_errors
 from studio.engine.seeing.search.limbs import CANDIDATES
+from studio.engine.seeing.tracker.body import FollowedBody, usual_body
 from studio.engine.seeing.tracker.tracker import Tracker
 from studio.simulator.body.performers import TUNING, Actor
 from studio.simulator.performer.motion import perform, read_performance
@@ -71,24 +72,35 @@ JOINTS_OF_PART = {
 Array = NDArray[np.float64]
 
 
+class RecordedBody(FollowedBody):
+    """A body that keeps what its confidences weigh, of the last frame."""
+
+    told: Array | None = None
+
+    def _errors(self, fit, points, joints, places, axes):
+        variance, seen = self._weighed(fit, points, joints, places, axes)
+        self.told = evidence(self.fitter.chain, joints, variance, seen)
+        return expected_errors(self.fitter.chain, joints, variance, seen)
+
+
 class Recorder(Tracker):
-    """A tracker that keeps what its confidences weigh, of the last frame."""
+    """A tracker that keeps what the confidences of its first body weigh, of all frames."""
 
     told: list[Array]
 
     def __init__(self, *args):
         super().__init__(*args)
+        self.body = RecordedBody(0, self._views)
+        self.bodies = [self.body]
         Recorder.told = []
 
-    def track(self, frames):
+    def track(self, frames, following=None):
         """Track, with a row for every frame."""
-        Recorder.told.append(np.full((len(KIND), len(EVIDENCE)), np.nan))
-        return super().track(frames)
-
-    def _errors(self, fit, points, joints, places, axes):
-        variance, seen = self._weighed(fit, points, joints, places, axes)
-        Recorder.told[-1] = evidence(self._fitter.chain, joints, variance, seen)
-        return expected_errors(self._fitter.chain, joints, variance, seen)
+        self.body.told = None
+        found = super().track(frames, following)
+        nothing = np.full((len(KIND), len(EVIDENCE)), np.nan)
+        Recorder.told.append(nothing if self.body.told is None else self.body.told)
+        return found
 
 
 class Disturbed(Recorder):
@@ -98,20 +110,22 @@ class Disturbed(Recorder):
     def __init__(self, *args):
         super().__init__(*args)
         self._rng = np.random.default_rng(len(self._views))
+        self._limbs = usual_body()[2].limbs
         self._hidden: tuple[int, str] | None = None
         self._count = 0
         self._last: Array | None = None
 
-    def track(self, frames):
+    def track(self, frames, following=None):
         """Track what is seen of the disturbed frames."""
         self._count += 1
-        if self._count > AFTER and self._count % PERIOD == 0 and self._motion.pose is not None:
+        motion = self.body.motion
+        if self._count > AFTER and self._count % PERIOD == 0 and motion.pose is not None:
             self._hidden = None
-            limb = self._search.limbs[self._rng.integers(len(self._search.limbs))]
+            limb = self._limbs[self._rng.integers(len(self._limbs))]
             if self._rng.random() < 0.5:
-                angles = self._motion.pose.angles.copy()
+                angles = motion.pose.angles.copy()
                 angles[limb.dofs] = limb.poses[self._rng.integers(CANDIDATES)]
-                self._motion.pose = self._motion.pose.with_angles(angles)
+                motion.pose = motion.pose.with_angles(angles)
             else:
                 names = sorted(frames)
                 self._hidden = limb.part, names[self._rng.integers(len(names))]
@@ -120,13 +134,14 @@ class Disturbed(Recorder):
         if self._hidden is not None and self._last is not None and self._hidden[1] in frames:
             part, name = self._hidden
             frames = frames | {name: self._behind_something(frames[name], self._last[JOINTS_OF_PART[part]])}
-        found = super().track(frames)
+        found = super().track(frames, following)
         self._last = found.positions if np.isfinite(found.positions).all() else None
         return found
 
     def _behind_something(self, frame: DepthFrame, joints: Array) -> DepthFrame:
         """Return a frame in which a board stands before joints of the stage [m], shape (n, 3)."""
         view = self._views[frame.camera]
+        assert view.T_work_camera is not None
         places = transform_points(invert_transform(view.T_work_camera), joints)
         columns, rows = view.camera.pixels_of(places).T
         depth_mm, margin = frame.depth_mm.copy(), BOARD_M * view.camera.fx / places[:, 2].mean()

@@ -23,6 +23,11 @@ def test_a_child_in_dark_trousers_is_found_by_what_is_left_of_it():
     assert np.median(shoulders_and_elbows) < 0.05 and not done.believed.any()
 
 
+def test_feet_beyond_the_range_do_not_lift_the_body():
+    done = run("range", 2, "swings", seconds=0.3)  # of a heavy body, little more than the feet
+    assert np.median(done.error_m[5:, [4, 10]]) < 0.06, "knees"
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("way", WAYS)
 def test_no_joint_is_off_and_believed(way):
