@@ -39,8 +39,8 @@ _HIDDEN_M = (-0.4, 0.6)
 
 _UNREAD_M, _HALF_UNREAD_M = 0.12, 0.10
 """Least expected error of a joint that is not read on either side, and of one not read on one side [m]."""
-_CHAIN_SHARE = 0.6
-"""Least expected error of a wrist or ankle relative to those of its limb's other joints."""
+_CHAIN_SHARE = 0.7
+"""Least expected error of a wrist or ankle relative to the mean of its limb's other joints."""
 
 KINDS: tuple[str, ...] = ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
 EVIDENCE: tuple[str, ...] = (
@@ -162,7 +162,7 @@ def bounded(errors_m: Array, jumped_m: Array) -> Array:
     """
     errors = np.minimum(np.maximum(errors_m, jumped_m), _MOST_M)
     limbs = errors[LIMB_JOINTS].reshape(4, 3)
-    limbs[:, 2] = np.maximum(limbs[:, 2], _CHAIN_SHARE * limbs[:, :2].max(axis=1))
+    limbs[:, 2] = np.maximum(limbs[:, 2], _CHAIN_SHARE * limbs[:, :2].mean(axis=1))
     errors[LIMB_JOINTS] = limbs.ravel()
     for index, name in enumerate(CANONICAL):
         side, _, joint = name.partition("_")

@@ -7,13 +7,16 @@ Array = NDArray[np.float64]
 
 _KEPT = 0.93
 """Share of a jump that is kept per frame."""
+_MOST_M = 0.2
+"""A jump counts as no more [m]: an arm that was elsewhere is not in doubt for longer than a trunk."""
 
 
 class Jumps:
     """How far each joint has lately jumped.
 
-    A body that is turned round or begun anew has two poses for the same images. Its joints may be as far off as these
-    are apart, until some frames have not contradicted the later one.
+    A body that is turned round or begun anew has two poses for the same images, as has one that begins with a pose
+    that is hardly better than another. Its joints may be as far off as these are apart, until some frames have not
+    contradicted the later one.
 
     Attributes:
         lately_m: jumps [m] that fade within about half a second, shape (joint_count,).
@@ -28,4 +31,5 @@ class Jumps:
 
     def told(self, before: Array, after: Array) -> None:
         """Add another pose: joints before and after [m], shape (joint_count, 3) each."""
-        self.lately_m = np.maximum(self.lately_m, np.linalg.norm(after - before, axis=1))
+        jump_m = np.linalg.norm(after - before, axis=1)
+        self.lately_m = np.maximum(self.lately_m, np.minimum(jump_m, _MOST_M))

@@ -1,7 +1,7 @@
 """Cold start: the pose of an unknown person, from the points alone."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ _FACING_AWAY_COST_M2 = 1.0
 """Penalty of a start that faces away from the cameras [m2], because people usually start facing them."""
 _STRANGER = 0.6
 """A new person is the known performer unless another figure leaves less than this share of the residual."""
+BETTER = 0.6
+"""A pose is better than another if it leaves less than this share of the residual."""
 _CAP_M = 0.15
 _HEAD = 0.2
 """Logarithm of the cost factor of a start whose heading contradicts a certain head direction."""
@@ -40,11 +42,12 @@ seventh at twelve (Stratz, "Der Koerper des Kindes", 1909); the sitting height 0
 
 @dataclass(frozen=True)
 class Start:
-    """A pose found, with its figure and its residual per point [m2]."""
+    """A pose found, with its figure and its residual per point [m2], and poses that it is no better than."""
 
     figure: BodyShape
     fit: Fit
     cost_m2: float
+    others: tuple[Pose, ...] = ()
 
 
 def height_of(points: MeasuredPoints) -> float:
@@ -145,7 +148,7 @@ def cold_start(
 
     `ahead`: agreement of head and body; see `Heads.ahead`.
     """
-    best: Start | None = None
+    starts = []
     for yaw in headings:
         pose = standing(figure, points, yaw, fitter.limits.rest)
         loose = resting(Prior(pose, np.full(len(posture), 1.0), posture), pose, search.limbs, silhouettes)
@@ -159,10 +162,10 @@ def cold_start(
         cost *= head_says(ahead(figure, fit.pose))
         if np.cos(heading(fit.pose) - headings[0]) < -0.3:
             cost += _FACING_AWAY_COST_M2 * len(points.places) / 1000.0
-        if best is None or cost < best.cost_m2:
-            best = Start(figure, fit, cost)
-    assert best is not None
-    return best
+        starts.append(Start(figure, fit, cost))
+    best, *others = sorted(starts, key=lambda start: start.cost_m2)
+    as_good = (other.fit.pose for other in others if best.cost_m2 > BETTER * other.cost_m2)
+    return replace(best, others=tuple(as_good))
 
 
 def marked_standing(

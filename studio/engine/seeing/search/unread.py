@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 from studio.engine.model.human.humanoid import BODY_JOINTS
 from studio.engine.seeing.fitting.chain import Pose
 from studio.engine.seeing.fitting.cones import PARTS, part_of
-from studio.engine.seeing.fitting.fit import BodyShape, Fit, Fitter, MeasuredPoints, sample_places
+from studio.engine.seeing.fitting.fit import (
+    POINT_SHARE,
+    POINT_SIGMA_M,
+    REACH_M,
+    BodyShape,
+    Fit,
+    Fitter,
+    MeasuredPoints,
+    sample_places,
+)
 from studio.engine.seeing.images.silhouette import (
     COVERED,
     OUTSIDE,
@@ -34,9 +43,14 @@ _READ_M = 0.10
 """A place on a limb is read if a point lies within this distance [m]."""
 _ON_BONE_M, _FEW = 0.06, 4
 """A place that has fewer points within this distance of the surface [m] is not read."""
+_SURE = np.log(20.0)
+"""Log-likelihood that a forearm or shin must add to a body without it."""
 _HIDDEN_SHARE = 0.6
 """A bone is hidden if no camera shows more than the rest of it."""
 _LEGS = [PARTS.index(f"{side}_leg") for side in ("left", "right")]
+_FOREARMS_AND_SHINS = [
+    BODY_JOINTS.index(f"{side}{b}") for side in ("Left", "Right") for b in ("ForeArm", "Leg")
+]
 _BELOW_KNEES = [
     b for b, name in enumerate(BODY_JOINTS) if name.endswith(("Leg", "Foot")) and "UpLeg" not in name
 ]
@@ -118,7 +132,8 @@ def unread_ends(
 ) -> NDArray[np.bool_]:
     """Return whether each body of the chain is not read next to its joint, and at its far end, shape (body_count, 2).
 
-    A place is read if a camera shows it, or some points lie on the surface about it.
+    A place is read if a camera shows it, or some points lie on the surface about it. The far end of a forearm or shin
+    is not read if other parts of the body explain its points as well: it may lie elsewhere on the body.
     """
     near = fit.distance.min(axis=1) < _ON_BONE_M
     *_, origins, frames = fitter.place(figure, fit.pose)
@@ -131,6 +146,19 @@ def unread_ends(
     out = np.zeros((len(BODY_JOINTS), 2), bool)
     out[body[::-1], 0] = unread[::-1]  # the last one that is written counts
     out[body, 1] = unread
+    out[_FOREARMS_AND_SHINS, 1] |= _likelihoods(figure, fit)[_FOREARMS_AND_SHINS] < _SURE
+    return out
+
+
+def _likelihoods(figure: BodyShape, fit: Fit) -> Array:
+    """Return the log-likelihood that each body of the chain adds to the other parts', shape (body_count,)."""
+    each = np.arange(len(fit.cone)), figure.surface.part[fit.cone]
+    others = fit.distance.copy()
+    others[each] = REACH_M
+    own, other = (np.minimum(some, REACH_M) ** 2 for some in (fit.distance[each], others.min(axis=1)))
+    added = POINT_SHARE / (2.0 * POINT_SIGMA_M**2) * (other - own)
+    out = np.zeros(len(BODY_JOINTS))
+    np.add.at(out, figure.surface.body[fit.cone], added)
     return out
 
 

@@ -31,6 +31,7 @@ from studio.engine.seeing.search.jumps import Jumps
 from studio.engine.seeing.search.limb_watch import LimbWatch
 from studio.engine.seeing.search.limbs import LimbSearch, resting
 from studio.engine.seeing.search.start import (
+    BETTER,
     Start,
     best_start,
     cold_start,
@@ -57,8 +58,6 @@ _KNOWN = 30
 """A performer is known after this many frames."""
 _WELL_M2, _JUMPED_M2 = 0.00045, 0.0009
 """Residuals per point below which a body fits well, and below which it has not jumped [m2]."""
-_BETTER = 0.6
-"""Another pose must leave less than this share of the residual."""
 
 
 @cache
@@ -173,8 +172,11 @@ class FollowedBody:
         self._take(found.start, time_ns)
 
     def _take(self, start: Start, time_ns: int) -> None:
+        found = start.figure, start.fit.pose
         if self.motion.pose is not None:
-            self._jumped(self.motion.pose, start.fit.pose, start.figure)
+            self._jumped(self.placed, found)
+        for pose in start.others:
+            self._jumped((start.figure, pose), found)
         if start.figure is not self.figure:
             self._shape, self.learnt = ShapeEstimate(start.figure.shape), 0
         self.figure, self._fit = start.figure, start.fit
@@ -185,10 +187,9 @@ class FollowedBody:
         self._sure = 1.0
         self._fitted_ns = time_ns
 
-    def _jumped(self, before: Pose, after: Pose, figure: BodyShape | None = None) -> None:
-        """Tell of another pose for the same images, perhaps of another figure."""
-        now = figure or self.figure
-        self._jumps.told(*(joints_of(self.fitter, *one)[0] for one in ((self.figure, before), (now, after))))
+    def _jumped(self, before: tuple[BodyShape, Pose], after: tuple[BodyShape, Pose]) -> None:
+        """Tell of another figure and pose for the same images."""
+        self._jumps.told(*(joints_of(self.fitter, *one)[0] for one in (before, after)))
 
     # --- following
 
@@ -258,7 +259,7 @@ class FollowedBody:
         costs_m2, turned = both_sides(self.fitter, self._search, self.figure, prior, points, silhouettes)
         if not self._facing.told(*costs_m2, self._ahead(self.figure, prior.pose)):
             return prior
-        self._jumped(prior.pose, turned)
+        self._jumped((self.figure, prior.pose), (self.figure, turned))
         self.motion.restart(turned)
         self._watch = LimbWatch()
         self._doubt.turned()
@@ -320,7 +321,7 @@ class FollowedBody:
             self._begin_at(np.array([turn]), points, silhouettes, time_ns, well_m2=0.0, better=better)
         elif len(turns):
             well_m2 = _JUMPED_M2 if len(turns) > 1 else _WELL_M2
-            self._begin_at(turns, points, silhouettes, time_ns, well_m2=well_m2, better=_BETTER)
+            self._begin_at(turns, points, silhouettes, time_ns, well_m2=well_m2, better=BETTER)
 
     def _begin_at(
         self,

@@ -8,6 +8,7 @@ from studio.engine.seeing.fitting.cones import SHAPE, humanoid_of
 from studio.engine.seeing.fitting.fit import BodyShape, MeasuredPoints
 from studio.engine.seeing.fitting.prediction import PosePredictor
 from studio.engine.seeing.search.doubt import Doubt
+from studio.engine.seeing.search.jumps import Jumps
 from studio.engine.seeing.search.start import heading, standing
 
 WELL = {"explained": 1.0, "worst_limb_m2": 0.0, "sure": 0.9}
@@ -46,6 +47,14 @@ def test_who_explains_next_to_nothing_for_long_is_lost():
     assert not doubt.lost
     turns(doubt, 2, WELL | {"explained": 0.3})
     assert doubt.lost
+
+
+def test_a_jump_fades_within_about_half_a_second_however_far_it_was():
+    jumps = Jumps(2)
+    jumps.told(np.zeros((2, 3)), np.diag([0.7, 0.1, 0.0])[:2])
+    for _ in range(16):
+        jumps.fade()
+    assert 0.06 < jumps.lately_m[0] < 0.067 and jumps.lately_m[1] < 0.04
 
 
 def test_who_turns_is_expected_to_turn_on():

@@ -292,7 +292,27 @@ def test_a_place_that_no_camera_shows_is_read_where_points_lie_on_it():
     fit = Fit(pose, distance, cone, offset, np.eye(len(fitter.limits.names) + 6))
     shown = Shown(np.zeros(len(BODY_JOINTS), bool), body == thigh, ())
     unread = unread_ends(fitter, figure, fit, points, shown)
-    assert unread[thigh].tolist() == [False, True] and unread.sum() == 1
+    assert unread[thigh].tolist() == [False, True] and not unread[:, 0].any()
+
+
+def test_a_forearm_whose_points_lie_on_other_parts_as_well_is_not_known():
+    fitter = Fitter(*chain_of(humanoid_of(USUAL)))
+    figure = BodyShape.of(USUAL)
+    pose = Pose(figure.offsets[0], np.eye(3), fitter.limits.rest)
+    left, right = (
+        figure.surface.body.tolist().index(BODY_JOINTS.index(f"{s}ForeArm")) for s in ("Left", "Right")
+    )
+    distance = np.full((60, 5), 0.3)
+    distance[:30, 1], distance[30:, 2] = 0.01, 0.01
+    distance[:30, 0] = 0.02  # the left one lies on the trunk
+    fit = Fit(
+        pose, distance, np.repeat([left, right], 30), np.zeros(60), np.eye(len(fitter.limits.names) + 6)
+    )
+    shown = Shown(np.zeros(len(BODY_JOINTS), bool), np.zeros(len(figure.samples), bool), ())
+    places = np.zeros((60, 3))
+    points = MeasuredPoints(places, places, places, np.zeros(60, np.int64))
+    unread = unread_ends(fitter, figure, fit, points, shown)[:, 1]
+    assert unread[BODY_JOINTS.index("LeftForeArm")] and not unread[BODY_JOINTS.index("RightForeArm")]
 
 
 def test_how_far_points_lie_behind_what_is_seen():
