@@ -11,7 +11,8 @@ well, and says why those are not in use.
 The trunk's joints have the covariance and the model's own error.
 
 What is not read on either side of a joint, another pose that was found for the same images, and a limb whose other
-joints are not known bound the error from below, whatever the regression says.
+joints are not known bound the error from below, whatever the regression says. A pose that was found before the body
+was begun anew, or that explains the first images nearly as well, is such another.
 """
 
 from typing import NamedTuple
