@@ -15,7 +15,8 @@ from studio.engine.model.cameras.joint_noise import JOINT_FACTOR
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import INDEX, JOINT_COUNT, LIMB_ROOTS, MIRROR
 from studio.engine.model.triangulation.rays import nearest_on_rays, on_rays, placed
-from studio.engine.solve.fusion.facing import forwardness
+from studio.engine.whole_take.mending.middle import filled, median_of
+from studio.engine.whole_take.mending.sides import exchanged_sides
 
 Array = NDArray[np.float64]
 
@@ -25,14 +26,8 @@ STEP_S = 1.0 / 30.0
 GAP_S = 0.1
 """Longest gap between two frames that is interpolated."""
 
-SIDES_STEPS = 1.0
-"""Standard deviation of the time over which a camera's sides are compared [instants]."""
-
-ROUNDS = 4
 AXES_S = 0.1
-"""Rounds in which cameras' sides are compared with their common skeleton, and smoothing of the trunk's axes."""
-
-_SIDED = MIRROR != np.arange(JOINT_COUNT)
+"""Smoothing of the trunk's axes."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +102,7 @@ def around(
         confidence = np.stack([own for _, _, own in grids], axis=1)
         exchanged = _put_on_rays(tracks, confidence, centres, depthless)
     if not depthless.all():
-        exchanged[:, ~depthless] = _exchanged(tracks[:, ~depthless])
+        exchanged[:, ~depthless] = exchanged_sides(tracks[:, ~depthless])
     tracks = np.where(exchanged[..., None, None], tracks[:, :, MIRROR], tracks)
     noise = np.where(exchanged[..., None], noise[:, :, MIRROR], noise)
     return Around(time_s, cameras, tracks, noise, exchanged)
@@ -176,62 +171,6 @@ def _on_grid(time_s: Array, seen: SeenByCamera) -> tuple[Array, Array, Array]:
         noise[:, joint] = JOINT_FACTOR[joint] * np.interp(time_s, times, doubt[known, joint])
         confidence[:, joint] = np.interp(time_s, times, seen.confidence[known, joint])
     return out, noise, confidence
-
-
-def _exchanged(tracks: Array) -> NDArray[np.bool_]:
-    """Instants at which a camera has left and right exchanged, shape (count, camera_count).
-
-    Cameras are compared with the first, and most are right; where as many are not, feet and knees tell. Then each is
-    compared with their common skeleton.
-    """
-    mirrored = tracks[:, :, MIRROR]
-    stays, turns = (_apart(one, tracks[:, 0]) for one in (tracks, mirrored))
-    unlike = _averaged(turns - stays) < 0.0
-    half = 0.5 * tracks.shape[1]
-    ahead = _averaged(np.where(unlike, -1.0, 1.0) * np.nan_to_num(forwardness(tracks))).sum(axis=1)
-    count = unlike.sum(axis=1)
-    exchanged = unlike ^ ((count > half) | (count == half) & (ahead < 0.0))[:, None]
-    for _ in range(ROUNDS):
-        as_named = np.where(exchanged[..., None, None], mirrored, tracks)
-        middle = gaussian_filter1d(filled(median_of(as_named)), 1.0, axis=0, mode="nearest")
-        stays, turns = (_apart(one, middle) for one in (tracks, mirrored))
-        exchanged = _averaged(turns - stays) < 0.0
-    return exchanged
-
-
-def _apart(tracks: Array, middle: Array) -> Array:
-    """Mean distance of the joints of either side, clipped [m], shape (count, camera_count)."""
-    distance = np.minimum(np.linalg.norm(tracks - middle[:, None], axis=3), 0.3)[:, :, _SIDED]
-    known = np.isfinite(distance)
-    return np.where(known, distance, 0.0).sum(axis=2) / np.maximum(known.sum(axis=2), 1)
-
-
-def _averaged(values: Array) -> Array:
-    return gaussian_filter1d(values, SIDES_STEPS, axis=0, mode="nearest")
-
-
-def median_of(tracks: Array) -> Array:
-    """Return the median over cameras of tracks, shape (count, camera_count, 21, 3); NaN where none sees the joint."""
-    seen = np.isfinite(tracks[..., :1])
-    ordered = np.sort(np.where(seen, tracks, np.inf), axis=1)
-    count = seen.sum(axis=1)
-    low, high = np.maximum((count - 1) // 2, 0)[:, None], np.minimum(count // 2, tracks.shape[1] - 1)[:, None]
-    low, high = (
-        np.take_along_axis(ordered, np.broadcast_to(k, (*k.shape[:3], 3)), axis=1) for k in (low, high)
-    )
-    return np.where(count > 0, 0.5 * (low + high)[:, 0], np.nan)
-
-
-def filled(tracks: Array) -> Array:
-    """Return tracks, shape (count, joint_count, 3), with gaps filled in time; what is never seen is at 0."""
-    out = tracks.copy()
-    places = np.arange(len(out))
-    for joint in range(out.shape[1]):
-        known = np.isfinite(out[:, joint, 0])
-        for axis in range(3):
-            own = np.interp(places, places[known], out[known, joint, axis]) if known.any() else 0.0
-            out[:, joint, axis] = own
-    return out
 
 
 def axes_of(middle: Array, joint: int) -> tuple[Array, Array]:

@@ -20,11 +20,10 @@ from studio.engine.whole_take.mending.around import (
     Around,
     around,
     axes_of,
-    filled,
-    median_of,
 )
 from studio.engine.whole_take.mending.habit import usual_path
 from studio.engine.whole_take.mending.interval import Erring, erring, fading, shift_of
+from studio.engine.whole_take.mending.middle import filled, median_of
 from studio.engine.whole_take.mending.spread import spread
 
 Array = NDArray[np.float64]

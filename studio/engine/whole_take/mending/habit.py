@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from studio.engine.model.joints import LIMB_ROOTS, MIRROR, PARENTS
-from studio.engine.whole_take.mending.around import STEP_S, median_of
+from studio.engine.whole_take.mending.around import STEP_S
+from studio.engine.whole_take.mending.middle import median_of
 
 Array = NDArray[np.float64]
 

@@ -19,7 +19,8 @@ from scipy.ndimage import median_filter
 from studio.engine.edits.timing import eased
 from studio.engine.model.calibration import Performer
 from studio.engine.model.joints import CANONICAL, INDEX, PARENTS
-from studio.engine.whole_take.mending.around import STEP_S, filled, median_of
+from studio.engine.whole_take.mending.around import STEP_S
+from studio.engine.whole_take.mending.middle import filled, median_of
 
 Array = NDArray[np.float64]
 

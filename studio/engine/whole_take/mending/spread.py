@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.ndimage import gaussian_filter1d
 
-from studio.engine.whole_take.mending.around import STEP_S, filled, median_of
+from studio.engine.whole_take.mending.around import STEP_S
+from studio.engine.whole_take.mending.middle import filled, median_of
 
 Array = NDArray[np.float64]
 
