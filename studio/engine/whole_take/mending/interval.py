@@ -10,11 +10,12 @@ their own, by trying all. Squared residuals are normalised and limited.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
+from scipy.ndimage import binary_closing, median_filter
 
 from studio.engine.edits.timing import eased
 from studio.engine.model.calibration import Performer
@@ -33,6 +34,9 @@ BONE_M = 0.035
 PIN_M, JUMP_M, LIKE_BONES, ROUNDS = 0.03, 0.05, 15.0, 4
 """Of a shift: standard deviations of what is seen at the pin, and of an elbow's jump [m]; so many frames of a bone
 say as much as one; and rounds of reweighting."""
+
+REFINED = 2
+"""A shift and its begin and end are found anew so often before errors are compared."""
 
 SHORT_M = 0.1
 """A shorter bone tells little [m]."""
@@ -58,8 +62,18 @@ FAST_PERCENT, NEAR_M = 90.0, 0.08
 TELLS = 30.0
 """Cost below 0 of an error of which more than the pin tells: noise of three cameras reaches 20, three frames 120."""
 
+NO_END = 30.0
+"""Cost of an error whose begin or end is not among the frames around the pin."""
+
+HELD_M_S, HELD_S = 0.15, 0.2
+"""A camera holds a joint in its place that is slower [m/s] for so long before and after the pin together [s]."""
+
 FADE_S = 0.5
 """An error of which nothing but the pin tells fades in so long before and after it [s]."""
+
+AROUND_S, MEDIAN = 0.5, 2.37
+"""So far around a jump others tell how large they are without an error [s]; and the median of the square of one of
+standard deviation 1."""
 
 SLOPE = 3
 """A jump is what is beyond the velocity in so many instants on either side."""
@@ -123,27 +137,64 @@ def erring(
     """
     bones = {} if performer is None else performer.bones_m()
     lengths = {name: length for name, length in bones.items() if length > SHORT_M}
-    last = len(tracks) - 1
-    found = [
-        _shifted(tracks, noise, joint, joints, at, row, place_m[at], axes, lengths, in_body)
-        for joints in limb_of(joint)
-        for in_body in (False, True)
-        for row in (
-            slice(max(at.start - 1, 0), at.start),
-            at,
-            slice(min(at.stop, last), min(at.stop, last) + 1),
-        )
-    ]
+    last, scale = len(tracks) - 1, _scale(_jumps(tracks), noise)
+    every = np.ones(tracks.shape[:2], dtype=bool)
+    found = []
+    for joints in limb_of(joint):
+        for in_body in (False, True):
+            own = axes if in_body else np.broadcast_to(np.eye(3), axes.shape)
+            tried = _Shifts(
+                tracks, scale[..., list(joints)], joint, joints, at, place_m[at], own, lengths, in_body
+            )
+            for row in (
+                slice(max(at.start - 1, 0), at.start),
+                at,
+                slice(min(at.stop, last), min(at.stop, last) + 1),
+            ):
+                off = tried.off_m(row)
+                one = tried.by(off, off)
+                for _ in range(REFINED):
+                    one = tried.by(shift_of(one, tracks, noise, every[one.rows], own, performer), off)
+                found.append(one)
     own = limb_of(joint)[0]
     told = [one for one in own if CANONICAL[one] in lengths]
     right = sum((_bones(tracks, one, lengths) for one in told), np.zeros(len(tracks)))
     right += _too_far(tracks[:, :, joint], at, place_m[at].mean(axis=0))
     untold = UNTOLD * np.isfinite(tracks[:, :, told, 0]).sum(axis=(1, 2))
-    jump, known = _jumps(tracks[:, :, list(own)]), noise[:, :, list(own)]
-    jumps = UNTOLD * np.isfinite(jump[..., 0]).sum(axis=(1, 2)) - _squared(jump, known)
+    jump = _jumps(tracks[:, :, list(own)])
+    jumps = UNTOLD * np.isfinite(jump[..., 0]).sum(axis=(1, 2)) - _squared(jump, scale[..., list(own)])
     unmoved = np.where(_still(tracks[:, :, joint]), np.minimum(jumps, 0.0), jumps)
     found.append(_best(untold - right, unmoved, unmoved, at, own, np.zeros(3), in_body=False, follows=False))
-    return min(found, key=lambda one: one.cost)
+    best = min(found, key=lambda one: one.cost)
+    rows = None if best.is_seen and best.follows else held(tracks, joint, at)
+    if rows is None:
+        return best
+    if best.is_seen:
+        rows = slice(min(rows.start, best.rows.start), max(rows.stop, best.rows.stop))
+    return Erring(rows, own, np.zeros(3), False, False, -np.inf)
+
+
+def held(tracks: Array, joint: int, at: slice) -> slice | None:
+    """Return the instants around a pin at which most cameras hold a joint in its place; None where they do not.
+
+    Args:
+        tracks, joint, at: as in `erring`.
+    """
+    track = tracks[:, :, joint]
+    still = np.zeros(track.shape[:2], dtype=bool)
+    still[2:-2] = np.linalg.norm(track[4:] - track[:-4], axis=2) < 4.0 * STEP_S * HELD_M_S
+    seen = np.isfinite(track[..., 0])
+    most = still.sum(axis=1) > 0.5 * np.maximum(seen.sum(axis=1), 1)
+    most = binary_closing(most, np.ones(5, dtype=bool))
+    if not most[at].all():
+        return None
+    first, last = at.start, at.stop
+    while first > 0 and most[first - 1]:
+        first -= 1
+    while last < len(most) and most[last]:
+        last += 1
+    rows = slice(max(first - 2, 0), min(last + 2, len(most)))
+    return rows if (last - first) * STEP_S >= HELD_S else None
 
 
 def fading(tracks: Array, joint: int, at: slice, place_m: Array) -> tuple[Erring, Array]:
@@ -164,35 +215,49 @@ def fading(tracks: Array, joint: int, at: slice, place_m: Array) -> tuple[Erring
     return error, eased(1.0 - away / (reach + 1))
 
 
-def _shifted(
-    tracks: Array,
-    noise: Array,
-    joint: int,
-    joints: tuple[int, ...],
-    at: slice,
-    told: slice,
-    place_m: Array,
-    axes: Array,
-    lengths: Mapping[str, float],
-    in_body: bool,
-) -> Erring:
-    """The likeliest error that is a shift of some joints by what they are off the pin's place, shape (row_count, 3),
-    in the instants `told`: where an error begins or ends at the pin, one beside it tells more."""
-    own = axes if in_body else np.broadcast_to(np.eye(3), axes.shape)
-    local = np.einsum("tba,tcjb->tcja", own, tracks[:, :, list(joints)])
-    pin = np.einsum("tba,b->ta", own[told], place_m.mean(axis=0))
-    off = (local[told, :, joints.index(joint)] - pin[:, None]).reshape(-1, 3)
-    known = np.isfinite(off[:, 0])
-    shift = off[known].mean(axis=0) if known.any() else np.zeros(3)
-    away = np.einsum("tab,b->ta", own, shift)[:, None]
-    moved = tracks[:, :, joints[0]] - away
-    frames = _bones(tracks, joints[0], lengths, moved) - _bones(tracks, joints[0], lengths)
-    there, seen = place_m.mean(axis=0), tracks[:, :, joint]
-    frames += _too_far(seen - away, at, there) - _too_far(seen, at, there)
-    jump, known = _jumps(local), noise[:, :, list(joints)]
-    plain = _squared(jump, known)
-    begins, ends = (_squared(jump + sign * shift, known, MOST_OF_SHIFT) - plain for sign in (-1.0, 1.0))
-    return _best(frames, begins, ends, at, joints, shift, in_body=in_body, follows=True)
+class _Shifts:
+    """Errors that are a shift of some joints, in some axes."""
+
+    def __init__(
+        self,
+        tracks: Array,
+        scale: Array,
+        joint: int,
+        joints: tuple[int, ...],
+        at: slice,
+        place_m: Array,
+        own: Array,
+        lengths: Mapping[str, float],
+        in_body: bool,
+    ) -> None:
+        self._tracks, self._scale, self._joint, self._joints, self._at = tracks, scale, joint, joints, at
+        self._own, self._lengths, self._in_body = own, lengths, in_body
+        self._there = place_m.mean(axis=0)
+        self._local = np.einsum("tba,tcjb->tcja", own, tracks[:, :, list(joints)])
+        self._jump = _jumps(self._local)
+        self._plain = _squared(self._jump, scale)
+        self._frames = _bones(tracks, joints[0], lengths) + _too_far(tracks[:, :, joint], at, self._there)
+
+    def off_m(self, row: slice) -> Array:
+        """By how much the joint is off the pin's place in some instants [m], shape (3,): where an error begins or
+        ends at the pin, one beside it tells more."""
+        pin = np.einsum("tba,b->ta", self._own[row], self._there)
+        off = (self._local[row, :, self._joints.index(self._joint)] - pin[:, None]).reshape(-1, 3)
+        known = np.isfinite(off[:, 0])
+        return off[known].mean(axis=0) if known.any() else np.zeros(3)
+
+    def by(self, shift: Array, off: Array) -> Erring:
+        """The likeliest error that is a shift [m], shape (3,), off by `off` [m] at the pin."""
+        away = np.einsum("tab,b->ta", self._own, shift)[:, None]
+        top, tracks = self._joints[0], self._tracks
+        frames = _bones(tracks, top, self._lengths, tracks[:, :, top] - away)
+        frames += _too_far(tracks[:, :, self._joint] - away, self._at, self._there) - self._frames
+        begins, ends = (
+            _squared(self._jump + sign * shift, self._scale, MOST_OF_SHIFT) - self._plain
+            for sign in (-1.0, 1.0)
+        )
+        found = _best(frames, begins, ends, self._at, self._joints, off, in_body=self._in_body, follows=True)
+        return replace(found, cost=found.cost + float(((shift - off) ** 2).sum()) / PIN_M**2)
 
 
 def shift_of(
@@ -257,6 +322,8 @@ def _best(
     frames = frames / LIKE_FRAMES
     before = np.cumsum(frames[: at.start + 1][::-1])[::-1] + begins[: at.start + 1]
     after = np.concatenate([[0.0], np.cumsum(frames[at.stop :])]) + np.append(ends[at.stop :], 0.0)
+    before[:SLOPE] += NO_END
+    after[-SLOPE:] += NO_END
     rows = slice(int(before.argmin()), at.stop + int(after.argmin()))
     return Erring(rows, joints, shift, in_body, follows, float(before.min() + after.min()))
 
@@ -302,9 +369,22 @@ def _jumps(local: Array) -> Array:
     return out
 
 
-def _squared(jump: Array, noise: Array, most: float = MOST) -> Array:
+def _scale(jump: Array, noise: Array) -> Array:
+    """Standard deviation of jumps without an error, shape (count, camera_count, joint_count): noise, or as they are
+    around: a limb that is flung jumps more."""
+    reach = round(AROUND_S / STEP_S)
+    squared = np.pad((jump**2).sum(axis=3), ((reach, reach), (0, 0), (0, 0)), constant_values=np.nan)
+    near = np.moveaxis(sliding_window_view(squared, 2 * reach + 1, axis=0), -1, 1)
+    near = near.reshape(len(near), -1, near.shape[-1])
+    count = np.isfinite(near).sum(axis=1)
+    middle = np.take_along_axis(np.sort(near, axis=1), np.maximum(count - 1, 0)[:, None] // 2, axis=1)[:, 0]
+    usual = np.where(count > 0, middle, 0.0) / MEDIAN
+    return np.sqrt(np.maximum((NOISE_M * noise) ** 2, usual[:, None]))
+
+
+def _squared(jump: Array, scale: Array, most: float = MOST) -> Array:
     """Normalised squares of jumps, each at most `most`, sum over cameras and joints, shape (count,)."""
-    squared = (jump**2).sum(axis=3) / (NOISE_M * noise) ** 2
+    squared = (jump**2).sum(axis=3) / scale**2
     return np.nan_to_num(np.minimum(squared, most)).sum(axis=(1, 2))
 
 
