@@ -21,7 +21,7 @@ from studio.engine.whole_take.mending.around import (
     around,
     axes_of,
 )
-from studio.engine.whole_take.mending.habit import usual_path
+from studio.engine.whole_take.mending.habit import Habit, habit
 from studio.engine.whole_take.mending.interval import Erring, erring, fading, shift_of
 from studio.engine.whole_take.mending.middle import filled, median_of
 from studio.engine.whole_take.mending.spread import spread
@@ -175,12 +175,15 @@ def _path(
     of_limb = CANONICAL[joint].split("_")[-1] in LIMB
     if of_limb:
         origin = _smooth(middle[:, parent])
-    local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
-    local[lasts] = np.nan
-    pin = np.einsum("tba,tb->ta", axes, place - origin)
-    usual = usual_path(middle, local, joint, axes) if of_limb else np.zeros(pin.shape)
-    found = spread(local - usual[:, None], pinned, pin - usual, seen.noise[:, :, joint])
-    away = np.einsum("tab,tb->ta", axes, found.path_m + usual)
+    away = seen.tracks[:, :, joint] - origin[:, None]
+    away[lasts] = np.nan
+    usual = Habit(axes, np.zeros_like(place))
+    if of_limb:
+        usual = habit(middle, median_of(away[:, :, None])[:, 0], pinned, joint, axes)
+    local = np.einsum("tba,tcb->tca", usual.axes, away) - usual.path_m[:, None]
+    pin = np.einsum("tba,tb->ta", usual.axes, place - origin) - usual.path_m
+    found = spread(local, pinned, pin, seen.noise[:, :, joint])
+    away = np.einsum("tab,tb->ta", usual.axes, found.path_m + usual.path_m)
     if of_limb and performer is not None:
         length = performer.bones_m()[CANONICAL[joint]]
         off = np.linalg.norm((place - origin)[pinned], axis=1).mean() / length  # the pin's own share

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.ndimage import binary_closing, median_filter
+from scipy.ndimage import binary_closing, binary_dilation, median_filter
 
 from studio.engine.edits.timing import eased
 from studio.engine.model.calibration import Performer
@@ -183,6 +183,7 @@ def held(tracks: Array, joint: int, at: slice) -> slice | None:
     track = tracks[:, :, joint]
     still = np.zeros(track.shape[:2], dtype=bool)
     still[2:-2] = np.linalg.norm(track[4:] - track[:-4], axis=2) < 4.0 * STEP_S * HELD_M_S
+    still = binary_dilation(still, np.ones((5, 1), dtype=bool))
     seen = np.isfinite(track[..., 0])
     most = still.sum(axis=1) > 0.5 * np.maximum(seen.sum(axis=1), 1)
     most = binary_closing(most, np.ones(5, dtype=bool))
@@ -193,8 +194,7 @@ def held(tracks: Array, joint: int, at: slice) -> slice | None:
         first -= 1
     while last < len(most) and most[last]:
         last += 1
-    rows = slice(max(first - 2, 0), min(last + 2, len(most)))
-    return rows if (last - first) * STEP_S >= HELD_S else None
+    return slice(first, last) if (last - first) * STEP_S >= HELD_S else None
 
 
 def fading(tracks: Array, joint: int, at: slice, place_m: Array) -> tuple[Erring, Array]:

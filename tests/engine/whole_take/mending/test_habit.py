@@ -4,7 +4,7 @@ import numpy as np
 
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.whole_take.mending.around import STEP_S
-from studio.engine.whole_take.mending.habit import usual_path
+from studio.engine.whole_take.mending.habit import habit
 
 COUNT, FIRST, LAST = 150, 60, 95
 ANKLE, KNEE, HIP = (INDEX[f"left_{name}"] for name in ("ankle", "knee", "hip"))
@@ -22,9 +22,11 @@ def test_what_the_rest_of_the_limb_tells_is_used_and_what_it_does_not_tell_is_no
     alone = 0.4 * np.array([np.sin(1.7 * time_s**2), 0.0 * time_s, 0.0 * time_s]).T
     follows = middle[:, KNEE] - middle[:, HIP]
     for away, told in ((follows, True), (alone, False)):
-        local = (away + 0.005 * rng.normal(size=away.shape))[:, None]
-        local[FIRST:LAST] = np.nan
-        path = usual_path(middle, local, ANKLE, axes)
-        assert path.any() == told
+        seen = away + 0.005 * rng.normal(size=away.shape)
+        seen[FIRST:LAST] = np.nan
+        pinned = np.arange(COUNT) == (FIRST + LAST) // 2
+        found = habit(middle, seen, pinned, ANKLE, axes)
+        assert found.path_m.any() == told
         if told:
+            path = np.einsum("tab,tb->ta", found.axes, found.path_m)
             assert np.linalg.norm(path - away, axis=1)[FIRST:LAST].mean() < 0.03
