@@ -2,9 +2,8 @@
 
 It is told in the axes of the trunk, or in axes that turn with the bone before it: a leg that is straight stays
 straight. The place of the end about its parent is a smooth function of the place and velocity of the parent about the
-root of the limb, and of
-the root's height. It is found from the instants at which the end is known, and from the other side's limb. Whether
-that tells more than the places before and after is tried on other stretches of the same length.
+root of the limb, and of the height of the root. It is found from the instants at which the end is known, and from the
+limb of the other side. Which of them tells most is tried on other stretches of the same length.
 
 Source: Gaussian process regression (Rasmussen, Williams, "Gaussian processes for machine learning", 2006, 2.2).
 """

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.ndimage import binary_closing, binary_dilation, median_filter
+from scipy.ndimage import median_filter
 
 from studio.engine.edits.timing import eased
 from studio.engine.model.calibration import Performer
@@ -65,8 +65,8 @@ TELLS = 30.0
 NO_END = 30.0
 """Cost of an error whose begin or end is not among the frames around the pin."""
 
-HELD_M_S, HELD_S = 0.15, 0.2
-"""A camera holds a joint in its place that is slower [m/s] for so long before and after the pin together [s]."""
+HELD_M_S, HELD_STEPS, HELD_S = 0.15, 4, 0.2
+"""A camera holds a joint in its place that is slower over so many instants [m/s], for so long around the pin [s]."""
 
 FADE_S = 0.5
 """An error of which nothing but the pin tells fades in so long before and after it [s]."""
@@ -181,20 +181,21 @@ def held(tracks: Array, joint: int, at: slice) -> slice | None:
         tracks, joint, at: as in `erring`.
     """
     track = tracks[:, :, joint]
-    still = np.zeros(track.shape[:2], dtype=bool)
-    still[2:-2] = np.linalg.norm(track[4:] - track[:-4], axis=2) < 4.0 * STEP_S * HELD_M_S
-    still = binary_dilation(still, np.ones((5, 1), dtype=bool))
-    seen = np.isfinite(track[..., 0])
-    most = still.sum(axis=1) > 0.5 * np.maximum(seen.sum(axis=1), 1)
-    most = binary_closing(most, np.ones(5, dtype=bool))
-    if not most[at].all():
-        return None
-    first, last = at.start, at.stop
+    moved = np.linalg.norm(track[HELD_STEPS:] - track[:-HELD_STEPS], axis=2)
+    still, seen = moved < HELD_STEPS * STEP_S * HELD_M_S, np.isfinite(moved)
+    count = len(track) - 1  # of steps from one instant to the next
+    links, known = np.zeros((2, count, track.shape[1]), dtype=bool)
+    for step in range(HELD_STEPS):  # a step is still that belongs to a longer one that is
+        links[step : step + len(still)] |= still
+        known[step : step + len(seen)] |= seen
+    most = links.sum(axis=1) >= np.maximum(0.5 * known.sum(axis=1), known.any(axis=1))
+    first, last = at.start, at.stop - 1
     while first > 0 and most[first - 1]:
         first -= 1
-    while last < len(most) and most[last]:
+    while last < count and most[last]:
         last += 1
-    return slice(first, last) if (last - first) * STEP_S >= HELD_S else None
+    held_s = (last - first) * STEP_S
+    return slice(first, last + 1) if most[first:last].all() and held_s >= HELD_S else None
 
 
 def fading(tracks: Array, joint: int, at: slice, place_m: Array) -> tuple[Erring, Array]:
