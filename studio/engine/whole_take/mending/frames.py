@@ -21,9 +21,11 @@ from studio.engine.whole_take.mending.around import (
     around,
     axes_of,
 )
+from studio.engine.whole_take.mending.evidence import Erring
 from studio.engine.whole_take.mending.habit import Habit, habit
-from studio.engine.whole_take.mending.interval import Erring, erring, fading, shift_of
+from studio.engine.whole_take.mending.interval import erring, fading
 from studio.engine.whole_take.mending.middle import filled, median_of
+from studio.engine.whole_take.mending.shifts import shift_of
 from studio.engine.whole_take.mending.spread import spread
 
 Array = NDArray[np.float64]

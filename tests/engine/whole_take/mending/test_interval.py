@@ -5,7 +5,9 @@ import pytest
 
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.whole_take.mending.around import STEP_S
-from studio.engine.whole_take.mending.interval import Erring, erring, fading, shift_of
+from studio.engine.whole_take.mending.evidence import Erring
+from studio.engine.whole_take.mending.interval import erring, fading
+from studio.engine.whole_take.mending.shifts import shift_of
 from tests.live.performer import calibration, joints_m
 
 COUNT, PIN, CAMERAS = 150, 75, 3
@@ -47,6 +49,16 @@ def test_a_wrist_that_is_taken_for_another_joint_says_nothing_for_as_long():
     error = found(tracks)
     assert error.is_seen and not error.follows and error.joints == (WRIST, INDEX["left_hand"])
     assert abs(error.rows.start - BEGIN) <= 1 and abs(error.rows.stop - END) <= 1
+
+
+def test_a_joint_that_is_held_in_its_place_is_let_go_from_jump_to_jump():
+    """Its bone has about its length all the time."""
+    tracks = seen()
+    for joint in ARM[1:]:
+        tracks[BEGIN:END, :, joint] = tracks[BEGIN, :, joint]
+    error = found(tracks, END - 1)
+    assert error.is_seen and not error.follows
+    assert abs(error.rows.start - BEGIN) <= 2 and abs(error.rows.stop - END) <= 2
 
 
 @pytest.mark.parametrize("away", [[0.0, 0.0, 0.15], [0.1, 0.1, 0.0]], ids=["up", "aside"])
