@@ -133,6 +133,8 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
             lasts[rows] |= of_all
             for other in found.joints[1:]:
                 gone[rows, :, other] |= of_all
+        if share is None:
+            _leave_out_ends(gone, found, of_all, at)
     unseen, guessed = _unseen_about(seen, joint, pinned), np.zeros(places.shape[:3], dtype=bool)
     if lasts.any() or unseen.any():
         path = _path(seen, joint, middle, axes, origin, lasts, pinned, place, performer)
@@ -158,6 +160,17 @@ def _in_all_cameras(seen: Around, joint: int, errs: NDArray[np.bool_], found: Er
     known, alike = np.isfinite(track[..., 0]), np.linalg.norm(track - theirs[:, None], axis=2) < near
     mostly = alike.sum(axis=0) > 0.5 * known.sum(axis=0)
     return errs | mostly & (found.follows | alike)
+
+
+def _leave_out_ends(gone: NDArray[np.bool_], found: Erring, errs: NDArray[np.bool_], at: slice) -> None:
+    """Leave out what may be on either side of the jump where an error begins or ends, in place; not at the pin, nor
+    what is put on a path."""
+    first, stop = found.rows.start, found.rows.stop
+    inside = 1 if found.follows else 0
+    for rows, by in ((range(first - 1, first + inside), errs[0]), (range(stop - inside, stop + 1), errs[-1])):
+        for row in rows:
+            if 0 <= row < len(gone) and not at.start <= row < at.stop:
+                gone[row, :, list(found.joints)] |= by
 
 
 def _path(
