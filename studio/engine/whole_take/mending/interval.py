@@ -26,7 +26,7 @@ from studio.engine.whole_take.mending.evidence import (
     stands_still,
     too_far,
 )
-from studio.engine.whole_take.mending.shifts import SHORT_M, Shifts, shift_of
+from studio.engine.whole_take.mending.shifts import SHORT_M, ShiftErrors, shift_of
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def erring(
     for joints in limb_of(joint):
         for in_body in (False, True):
             own = axes if in_body else np.broadcast_to(np.eye(3), axes.shape)
-            tried = Shifts(
+            tried = ShiftErrors(
                 tracks, scale[..., list(joints)], joint, joints, at, place_m[at], own, lengths, in_body
             )
             for row in (

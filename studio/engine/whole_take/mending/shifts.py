@@ -32,7 +32,7 @@ MOST_OF_SHIFT = 36.0
 """The same of a jump that is less than the shift: errors of this kind begin and end at once."""
 
 
-class Shifts:
+class ShiftErrors:
     """Errors that are a shift of some joints, in some axes."""
 
     def __init__(
