@@ -1,6 +1,7 @@
 """Clocks of ordinary cameras over long takes: phones and webcams drift by tens of ppm, and some jump."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -53,10 +54,23 @@ def errors_ms(calibration: Calibration, camera: int, ppm: float, *times_s: float
     return [abs((clock.stage_ns(s) - EPOCH_NS) * 1e-6 - 1e3 * t) for s, t in zip(shown, times_s, strict=True)]
 
 
-@pytest.mark.parametrize(("ppm", "cameras"), [(50.0, 2), (-200.0, 2), (50.0, 3)])
-def test_drift_is_that_of_the_whole_take(ppm: float, cameras: int) -> None:
+@cache
+def drifting(ppm: float, cameras: int) -> tuple[Frames, Calibration]:
+    """A long take, and what its walk is calibrated to."""
     frames = long_take(ppm, cameras)
-    found = calibrate(frames, until_s=UNTIL_S, height_m=HEIGHT_M)
+    return frames, calibrate(frames, until_s=UNTIL_S, height_m=HEIGHT_M)
+
+
+@pytest.mark.parametrize(
+    ("ppm", "cameras"),
+    [
+        (-200.0, 2),
+        pytest.param(50.0, 2, marks=pytest.mark.long),
+        pytest.param(50.0, 3, marks=pytest.mark.long),
+    ],
+)
+def test_drift_is_that_of_the_whole_take(ppm: float, cameras: int) -> None:
+    frames, found = drifting(ppm, cameras)
     followed = follow_views(found, frames, UNTIL_S)
     for camera in range(1, cameras):
         assert max(errors_ms(found, camera, ppm, 590.0)) > 20.0
@@ -78,8 +92,7 @@ def test_a_clock_that_jumped_is_told_and_left_as_it_was() -> None:
 
 def test_what_tells_nothing_changes_nothing() -> None:
     """A short take, a camera whose performer has left, a refused one, and a single one."""
-    frames = long_take(50.0, 2)
-    found = calibrate(frames, until_s=UNTIL_S, height_m=HEIGHT_M)
+    frames, found = drifting(-200.0, 2)
     short = {name: mine[:450] for name, mine in frames.items()}
     assert follow_views(found, short, UNTIL_S) is found
     nobody = np.full((JOINT_COUNT, 2), np.nan)

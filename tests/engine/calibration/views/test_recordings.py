@@ -59,8 +59,9 @@ def known(test_data: Path, name: str, views: list[View]) -> list[View]:
     return [replace(view, lens=lenses[view.name]) for view in views]
 
 
-def test_known_lenses_make_four_cameras_better(test_data: Path) -> None:
-    result = calibrate_views(known(test_data, WALKS[0], walk(test_data, WALKS[0])))
+@pytest.mark.parametrize("count", [2, pytest.param(4, marks=pytest.mark.long)])
+def test_known_lenses_make_cameras_better(test_data: Path, count: int) -> None:
+    result = calibrate_views(known(test_data, WALKS[0], walk(test_data, WALKS[0]))[:count])
     found = error(test_data, WALKS[0], result)
     assert result.verdict != "refused", result.reasons
     assert found.turn_deg < 0.4 and found.place_m < 0.025, found
@@ -77,18 +78,18 @@ def test_focal_lengths_known_to_a_share_are_refined(test_data: Path) -> None:
         for view in views
         if view.lens is not None
     ]
-    result = calibrate_views([*off[:3], views[3]])
-    for view in views[:3]:
+    result = calibrate_views([*off[:2], views[2]])
+    for view in views[:2]:
         assert view.lens is not None
         found = result.cameras[view.name]
         assert abs(found.lens.fx / view.lens.fx - 1.0) < 0.015, view.name
         assert 0.0 < found.uncertain.focal_share < 0.02
-    assert result.cameras[views[3].name].lens == views[3].lens
+    assert result.cameras[views[2].name].lens == views[2].lens
     assert error(test_data, WALKS[0], result).turn_deg < TURNS_DEG
 
 
 def test_cameras_of_one_model_share_a_focal_length(test_data: Path) -> None:
-    views = walk(test_data, WALKS[0], every=2)
+    views = walk(test_data, WALKS[0], every=2)[:3]
     given = replace(views[0], lens=truth_of(test_data, WALKS[0]).lenses[views[0].name])
     result = calibrate_views([given, *views[1:]], shared_focal=True)
     assert len({result.cameras[view.name].lens.fx for view in views[1:]}) == 1
@@ -104,9 +105,9 @@ def test_known_focal_lengths_make_two_opposite_cameras_good(test_data: Path) -> 
 
 
 def test_one_camera_copied_with_other_noise_is_refused(test_data: Path) -> None:
-    a, b, *_ = walk(test_data, WALKS[0], every=2)
+    a, *_ = walk(test_data, WALKS[0], every=2)
     noise = np.random.default_rng(0).normal(0.0, 3.0, a.pixels.shape)
-    result = calibrate_views([a, b, replace(a, name="copy", pixels=a.pixels + noise)])
+    result = calibrate_views([a, replace(a, name="copy", pixels=a.pixels + noise)])
     assert result.cameras["copy"].verdict == "refused"
     said = [one.code for one in result.cameras["copy"].reasons if isinstance(one, Said)]
     assert "views.same_picture" in said
@@ -139,12 +140,12 @@ def test_a_performer_who_stands_still_is_refused(test_data: Path) -> None:
 
 
 def test_clocks_that_are_known_are_refined_within_their_bound(test_data: Path) -> None:
-    """True offsets of 50 to 130 ms are found inside the bound, and not left outside one that is too narrow."""
-    views = walk(test_data, WALKS[1], every=2)
+    """A true offset of 83 ms is found inside the bound, and not left outside one that is too narrow."""
+    views = walk(test_data, WALKS[1], every=2)[:2]
     wide = calibrate_views([replace(view, clock_within_s=0.1) for view in views])
     assert wide.verdict != "refused", wide.reasons
     assert error(test_data, WALKS[1], wide).ahead_s < CLOCKS_S
-    narrow = calibrate_views([replace(view, clock_within_s=0.01) for view in views[:2]])
+    narrow = calibrate_views([replace(view, clock_within_s=0.01) for view in views])
     assert all(abs(camera.ahead_s) <= 0.021 for camera in narrow.cameras.values())
 
 

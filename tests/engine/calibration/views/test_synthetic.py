@@ -1,6 +1,7 @@
 """Ordinary cameras before a simulated walker: what is found, and what is refused."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,16 +19,23 @@ ANGLES = (0.0, 80.0, 200.0)
 
 
 def rig(
-    *, knows_lens: bool = False, seconds: float = 10.0, radius_m: float = 1.2, seated: bool = False
+    cameras: int = 2,
+    *,
+    knows_lens: bool = False,
+    seconds: float = 10.0,
+    radius_m: float = 1.2,
+    seated: bool = False,
 ) -> list[View]:
+    return [_view(k, knows_lens, seconds, radius_m, seated) for k in range(cameras)]
+
+
+@cache
+def _view(k: int, knows_lens: bool, seconds: float, radius_m: float, seated: bool) -> View:
     ahead = (0.0, 0.12, -0.2)
-    return [
-        view_of(
-            f"camera_{k}", camera_at(a, height_m=1.2 + 0.3 * k), seed=k + 1, seconds=seconds, ahead_s=ahead[k],
-            knows_lens=knows_lens, radius_m=radius_m, seated=seated,
-        )
-        for k, a in enumerate(ANGLES)
-    ]  # fmt: skip
+    return view_of(
+        f"camera_{k}", camera_at(ANGLES[k], height_m=1.2 + 0.3 * k), seed=k + 1, seconds=seconds,
+        ahead_s=ahead[k], knows_lens=knows_lens, radius_m=radius_m, seated=seated,
+    )  # fmt: skip
 
 
 def codes(result: ViewsResult, camera: str) -> list[str]:
@@ -36,7 +44,7 @@ def codes(result: ViewsResult, camera: str) -> list[str]:
 
 @pytest.fixture(scope="module")
 def found() -> ViewsResult:
-    return calibrate_views(rig(), height_m=HEIGHT_M)
+    return calibrate_views(rig(3), height_m=HEIGHT_M)
 
 
 def test_cameras_lenses_and_clocks_are_found(found: ViewsResult) -> None:
@@ -71,9 +79,15 @@ def test_what_is_uncertain_is_said(found: ViewsResult) -> None:
     assert found.cameras["camera_0"].uncertain.place_m == 0.0
 
 
-def test_known_lenses_stay_and_two_cameras_are_enough() -> None:
+@pytest.fixture(scope="module")
+def with_lenses() -> tuple[ViewsResult, list[float]]:
+    """Two cameras whose lenses are known, and the progress that was told."""
     done: list[float] = []
-    result = calibrate_views(rig(knows_lens=True)[:2], progress=done.append)
+    return calibrate_views(rig(knows_lens=True), progress=done.append), done
+
+
+def test_known_lenses_stay_and_two_cameras_are_enough(with_lenses: tuple[ViewsResult, list[float]]) -> None:
+    result, done = with_lenses
     assert result.verdict != "refused", result.reasons
     assert result.cameras["camera_1"].lens == LENS
     assert result.cameras["camera_1"].uncertain.focal_share == 0.0
@@ -82,15 +96,14 @@ def test_known_lenses_stay_and_two_cameras_are_enough() -> None:
     assert done == sorted(done) and done[-1] == 1.0
 
 
-def test_the_same_input_gives_the_same_cameras() -> None:
-    views = rig(seconds=4.0)[:2]
-    a, b = calibrate_views(views), calibrate_views(views)
+def test_the_same_input_gives_the_same_cameras(with_lenses: tuple[ViewsResult, list[float]]) -> None:
+    a, b = with_lenses[0], calibrate_views(rig(knows_lens=True))
     for name in a.cameras:
         assert np.array_equal(a.cameras[name].T_stage_camera, b.cameras[name].T_stage_camera)
 
 
 def test_standing_on_one_spot_asks_for_a_walk() -> None:
-    result = calibrate_views(rig(radius_m=0.0)[:2])
+    result = calibrate_views(rig(radius_m=0.0))
     assert any("views.focal_on_spot" in codes(result, name) for name in result.cameras)
 
 
@@ -101,14 +114,14 @@ def test_a_performer_who_stands_still_is_refused() -> None:
             pixels=np.repeat(view.pixels[:1], len(view.time_s), axis=0),
             world_m=np.repeat(view.world_m[:1], len(view.time_s), axis=0),
         )
-        for view in rig()[:2]
+        for view in rig()
     ]
     result = calibrate_views(views)
     assert all(codes(result, name) == ["views.still"] for name in result.cameras)
 
 
 def test_a_camera_that_is_there_twice_is_refused_and_the_others_are_placed() -> None:
-    views = rig(knows_lens=True)[:2]
+    views = rig(knows_lens=True)
     result = calibrate_views([*views, replace(views[0], name="again")])
     assert codes(result, "again") == ["views.same_picture"]
     assert all(result.cameras[view.name].verdict != "refused" for view in views)
@@ -123,7 +136,7 @@ def test_cameras_beside_each_other_are_refused() -> None:
 
 
 def test_seated_people_are_refused() -> None:
-    result = calibrate_views(rig(seated=True, radius_m=0.3)[:2])
+    result = calibrate_views(rig(seated=True, radius_m=0.3))
     assert result.verdict == "refused"
     assert "views.seated" in codes(result, "camera_0")
 
@@ -137,7 +150,7 @@ def test_pictures_without_knees_are_refused() -> None:
 
 
 def test_other_motions_are_refused() -> None:
-    views = rig()[:2]
+    views = rig()
     back = views[1]
     other = replace(
         back, pixels=back.pixels[::-1], world_m=back.world_m[::-1], confidence=back.confidence[::-1]
@@ -146,7 +159,7 @@ def test_other_motions_are_refused() -> None:
 
 
 def test_one_camera_alone_says_so() -> None:
-    result = calibrate_views(rig()[:1], height_m=HEIGHT_M)
+    result = calibrate_views(rig(1), height_m=HEIGHT_M)
     assert codes(result, "camera_0") == ["views.alone"]
     assert result.verdict == "usable"
     assert result.cameras["camera_0"].T_stage_camera[2, 3] == pytest.approx(1.2, abs=0.4)
@@ -159,7 +172,7 @@ def test_nobody_in_the_pictures_is_refused() -> None:
 
 
 def test_cameras_that_never_saw_the_performer_together_are_refused() -> None:
-    views = rig(seconds=6.0)[:2]
+    views = rig(seconds=6.0)
     result = calibrate_views([views[0], replace(views[1], time_s=views[1].time_s + 100.0)])
     assert result.verdict == "refused"
 
