@@ -19,7 +19,7 @@ from tests.engine.seeing.cameras.given_cameras import a_little_off, apart_m, wat
 from tests.engine.seeing.cameras.hands_at_body import short_washing
 from tests.offline.depth_takes import depth_take
 
-SECONDS = 4.0
+SECONDS = 3.0
 CAMERAS = ("camera_0", "camera_1")
 
 
