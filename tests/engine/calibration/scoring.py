@@ -1,4 +1,4 @@
-"""How far a calibration is from the truth."""
+"""How far a calibration is from the truth, and when its cameras disagree."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.spans import Span
 
 
 @dataclass(frozen=True)
@@ -50,3 +52,9 @@ def clock_error_ms(
     """Return a clock's error [ms] at a stage time, given device time = stage time * (1 + drift) + offset."""
     device_ns = round((stage_s * (1 + drift) + offset_s) * 1e9)
     return abs(calibration.cameras[camera].clock.stage_ns(device_ns) * 1e-6 - stage_s * 1e3)
+
+
+def spans_of(calibration: Calibration, frames: dict[str, list[CameraFrame]], camera: str) -> list[Span]:
+    """Return when a camera disagrees, in seconds since the reference's first frame."""
+    since_s = frames[calibration.reference][0].device_time_ns * 1e-9
+    return [span.later(-since_s) for span in calibration.cameras[camera].disagrees]

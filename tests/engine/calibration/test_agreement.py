@@ -1,6 +1,7 @@
 """When cameras disagree in a take, and what a solve says and does of it."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,8 +16,8 @@ from studio.take.importers import import_recording
 from studio.web.playback.clip import Clip
 from studio.web.playback.curves import curves
 from tests.engine.calibration.synthetic import RIGS, Options, record
-from tests.engine.calibration.test_holding import STUDY_2, bumped
-from tests.engine.calibration.test_recordings import PAIRS, SETS, joint_frames, kinect_frames
+from tests.engine.calibration.test_holding import bumped
+from tests.engine.calibration.test_recordings import STUDY_2
 
 
 @pytest.mark.parametrize(("rig", "metres"), [(2, 0.08), (3, 0.08), (3, 0.2)])
@@ -40,32 +41,13 @@ def test_a_move_is_found_to_a_fraction_of_a_second(rig, metres):
     assert not any(disagreements(calibration, frames).values())
 
 
-@pytest.mark.parametrize("name", SETS)
-def test_no_false_alarm_on_simulated_performances(test_data: Path, name):
-    folder = test_data / "noisy_joints" / name
-    if not folder.is_dir():
-        pytest.skip(f"no {folder}")
-    frames = {camera.name: joint_frames(camera) for camera in sorted(folder.glob("camera_*"))}
-    until_s = json.loads((folder / "recording.json").read_text())["calibration_s"]
-    assert not any(disagreements(calibrate(frames, until_s=until_s), frames).values())
-
-
-@pytest.mark.parametrize("name", PAIRS)
-def test_no_false_alarm_on_real_kinects(test_data: Path, name):
-    path = test_data / "kinect2_pairs" / name
-    if not path.is_file():
-        pytest.skip(f"no {path}")
-    frames = kinect_frames(path)
-    assert not any(disagreements(calibrate(frames), frames).values())
-
-
 def test_a_solve_says_when_real_kinects_disagreed(test_data: Path, tmp_path: Path):
     path = test_data / "kinect2_pairs" / STUDY_2
     if not path.is_file():
         pytest.skip(f"no {path}")
     take = import_recording(path, tmp_path / "take")
     keep_calibration(take, calibrate_take(take))
-    folder = solve_take(take, PRESETS["raw"], name="raw")
+    folder = solve_take(take, replace(PRESETS["raw"], output_hz=30), name="raw")
     metrics = json.loads((folder / "metrics.json").read_text())
     assert metrics["agreement"].startswith("camera_0 and camera_1 disagreed from ")
     (span,) = metrics["disagrees"]["camera_1"]

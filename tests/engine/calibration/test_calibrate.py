@@ -25,7 +25,9 @@ def two_calibrated(two_cameras):
     return calibrate(two_cameras[0])
 
 
-@pytest.mark.parametrize(("rig", "seed"), [(2, 1), (2, 2), (3, 3), (4, 4)])
+@pytest.mark.parametrize(
+    ("rig", "seed"), [(2, 1), (4, 4), *(pytest.param(n, n, marks=pytest.mark.long) for n in (2, 3))]
+)
 def test_the_noise_contract_is_undone(rig, seed):
     frames, truth = record(seed, RIGS[rig])
     found = calibrate(frames)
@@ -97,27 +99,26 @@ def test_one_camera_gives_floor_and_performer():
     assert found.performer.height_m == pytest.approx(1.70, abs=0.06)
 
 
-def test_clocks_that_have_nothing_to_do_with_each_other(two_cameras):
+def test_clocks_that_have_nothing_to_do_with_each_other(two_cameras, two_calibrated):
     frames, truth = two_cameras
     ahead_ns = 4_711_000_000_000
     late = [replace(frame, device_time_ns=frame.device_time_ns + ahead_ns) for frame in frames["camera_1"]]
     found = calibrate({**frames, "camera_1": late})
     assert not found.refused
     assert transform_error(found, truth.T_stage_camera, "camera_1").rms_m < 0.008
-    before = calibrate(frames).cameras["camera_1"].clock
+    before = two_calibrated.cameras["camera_1"].clock
     after = found.cameras["camera_1"].clock
     device_ns = frames["camera_1"][500].device_time_ns
     assert abs(after.stage_ns(device_ns + ahead_ns) - before.stage_ns(device_ns)) < 3_000_000
 
 
-def test_another_reference_and_the_calibration_part(two_cameras):
+def test_another_reference_and_the_calibration_part(two_cameras, two_calibrated):
     frames, truth = two_cameras
     found = calibrate(frames, reference="camera_1", until_s=125.0)
     assert found.reference == "camera_1"
     assert found.cameras["camera_1"].clock.offset_ns == 0
-    assert (
-        found.cameras["camera_0"].residual_pairs < 0.8 * calibrate(frames).cameras["camera_1"].residual_pairs
-    )
+    whole = two_calibrated.cameras["camera_1"].residual_pairs
+    assert found.cameras["camera_0"].residual_pairs < 0.8 * whole
     assert transform_error(found, truth.T_stage_camera, "camera_0").rms_m < 0.01
 
 

@@ -16,9 +16,7 @@ from studio.engine.model.frames import CameraFrame, PictureJoints
 from studio.engine.model.human.anthropometry import anthropometric_positions
 from studio.engine.model.joints import JOINT_COUNT
 from tests.engine.calibration.views.synthetic import HEIGHT_M, camera_at, view_of
-from tests.simulator.depth.test_take import motion
-
-__all__ = ["motion"]
+from tests.simulator.short_demo import short_demo
 
 EPOCH_NS = 1_700_000_000_000_000_000
 LATER_NS = 3_600_000_000_000
@@ -103,10 +101,9 @@ def test_a_height_that_nobody_has_is_an_error(frames: dict[str, list[CameraFrame
         calibrate(frames, height_m=175.0)
 
 
-def test_a_take_of_simulated_ordinary_cameras(
-    motion: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    studio.simulate(motion, tmp_path / "take", cameras=2, tracker="rgb", seed=2)
+def test_a_take_of_simulated_ordinary_cameras(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with short_demo(14.0):
+        studio.simulate("demo", tmp_path / "take", cameras=2, tracker="rgb", seed=2, calibration=False)
     assert main(["calibrate", str(tmp_path / "take"), "--height-m", "1.75"]) == 0
     assert "calibration 1 is in use" in capsys.readouterr().out
     stored = studio.open_take(tmp_path / "take").calibration().to_json()
