@@ -1,12 +1,17 @@
 """A walk before ordinary cameras, solved live and finished: the joints against the truth."""
 
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from studio.engine.calibration.quality.watch import CameraWatch
+from studio.engine.model.frames import StepResult
 from tests.engine.whole_take.walking import PicturedWalk, read_treadmill, read_walk
+
+Solves = Callable[[tuple[str, ...]], list[list[StepResult]]]
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +30,12 @@ def walk(test_data: Path) -> PicturedWalk:
     return read_walk(folder)
 
 
+@pytest.fixture(scope="module")
+def as_seen(walk: PicturedWalk) -> Solves:
+    """The live solves of the walk by some of the cameras, each made once."""
+    return cache(walk.solved)
+
+
 @pytest.mark.parametrize(
     ("names", "live_mm", "finished_mm"),
     [
@@ -35,9 +46,9 @@ def walk(test_data: Path) -> PicturedWalk:
     ids=["four", "two", "two others"],
 )
 def test_a_walk_is_solved_from_rays(
-    walk: PicturedWalk, names: tuple[str, ...], live_mm: float, finished_mm: float
+    walk: PicturedWalk, as_seen: Solves, names: tuple[str, ...], live_mm: float, finished_mm: float
 ) -> None:
-    live = walk.solved(names)
+    live = as_seen(names)
     assert walk.errors_mm(live).mean() < live_mm
     errors = walk.errors_mm(walk.finished(live))
     assert errors.mean() < finished_mm and np.percentile(errors, 95) < 2.6 * finished_mm
@@ -67,29 +78,31 @@ def test_videos_of_a_treadmill_are_solved_live(
 @pytest.mark.parametrize(
     "other", ["cam02", *(pytest.param(name, marks=pytest.mark.long) for name in ("cam03", "cam04"))]
 )
-def test_a_solve_starts_with_left_and_right_as_they_are(walk: PicturedWalk, other: str) -> None:
+def test_a_solve_starts_with_left_and_right_as_they_are(
+    walk: PicturedWalk, as_seen: Solves, other: str
+) -> None:
     """One camera, or both, exchange them in the first frames of each place."""
     names = ("cam01", other)
-    as_seen = walk.errors_mm(walk.solved(names)).mean()
+    usual_mm = walk.errors_mm(as_seen(names)).mean()
     turned = walk.with_exchanged_at_first(other, frames=6)
-    assert turned.errors_mm(turned.solved(names)).mean() < 1.1 * as_seen
+    assert turned.errors_mm(turned.solved(names)).mean() < 1.1 * usual_mm
     both = turned.with_exchanged_at_first("cam01", frames=6)
-    assert both.errors_mm(both.solved(names)).mean() < 1.1 * as_seen
+    assert both.errors_mm(both.solved(names)).mean() < 1.1 * usual_mm
 
 
 @pytest.mark.parametrize("turned", [None, "cam02"], ids=["none", "one"])
-def test_a_camera_that_was_turned_is_named(walk: PicturedWalk, turned: str | None) -> None:
+def test_a_camera_that_was_turned_is_named(walk: PicturedWalk, as_seen: Solves, turned: str | None) -> None:
     watch, moved = CameraWatch(), set[str]()
-    seen = walk if turned is None else walk.with_turned(turned, 3.0)
-    for segment in seen.solved(("cam01", "cam02", "cam03")):
+    solves = as_seen if turned is None else walk.with_turned(turned, 3.0).solved
+    for segment in solves(("cam01", "cam02", "cam03")):
         for result in segment:
             watch.add(result.frame_set)
             moved |= watch.moved().keys()
     assert moved == (set() if turned is None else {turned})
 
 
-def test_a_camera_that_exchanges_left_and_right_is_found_out(walk: PicturedWalk) -> None:
+def test_a_camera_that_exchanges_left_and_right_is_found_out(walk: PicturedWalk, as_seen: Solves) -> None:
     names = ("cam01", "cam02", "cam03")
-    as_seen = walk.errors_mm(walk.solved(names)).mean()
+    usual_mm = walk.errors_mm(as_seen(names)).mean()
     turned = walk.with_exchanged("cam02", every=5)
-    assert turned.errors_mm(turned.solved(names)).mean() < 1.15 * as_seen
+    assert turned.errors_mm(turned.solved(names)).mean() < 1.15 * usual_mm
