@@ -18,6 +18,7 @@ from studio.simulator.rig import RigCamera, standard_rig
 from studio.simulator.simulate import simulate_take
 from studio.take.folder.take import Take
 from studio.take.raw.frames import camera_frames
+from tests.simulator.short_demo import short_demo
 
 NAMES = JOINT_SETS["mediapipe"]
 
@@ -86,7 +87,8 @@ def test_the_guess_is_about_the_hips_and_of_a_usual_size(seen: list[SeenLandmark
 
 
 def test_a_take_holds_the_landmarks(tmp_path: Path) -> None:
-    simulate_take("demo", tmp_path / "take", cameras=1, tracker="rgb", seed=1, calibration=False)
+    with short_demo(3.0):
+        simulate_take("demo", tmp_path / "take", cameras=1, tracker="rgb", seed=1, calibration=False)
     frames = camera_frames(Take.open(tmp_path / "take").raw_path)
     assert list(frames) == ["camera_0"]
     picture = frames["camera_0"][10].picture

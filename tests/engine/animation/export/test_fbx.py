@@ -34,8 +34,18 @@ def test_world_joints_at_keys(tmp_path: Path, motion: str, reader: Reader) -> No
     assert rotation_error_deg(back, poses) < 0.01
 
 
-@pytest.mark.parametrize("reader", READERS)
-@pytest.mark.parametrize("motion", ["lively", "turning", "arms forward", "bones vary"])
+@pytest.mark.parametrize(
+    ("motion", "reader"),
+    [
+        ("lively", read_with_fbx_sdk),
+        *((motion, read_with_ufbx) for motion in ("turning", "arms forward", "bones vary")),
+        pytest.param("lively", read_with_ufbx, marks=pytest.mark.long),
+        *(
+            pytest.param(motion, read_with_fbx_sdk, marks=pytest.mark.long)
+            for motion in ("turning", "arms forward", "bones vary")
+        ),
+    ],
+)
 def test_cubic_keys_follow_the_motion_between_them(tmp_path: Path, motion: str, reader: Reader) -> None:
     poses = random_poses(np.random.default_rng(7), seconds=2, hz=120, **HARD_MOTIONS[motion])
     at_60_hz = _every_second_frame(poses)
