@@ -66,7 +66,7 @@ def test_times_are_those_of_the_live_solve_and_the_pose_is_human(solves):
     assert (2 * np.arccos(np.clip(q, 0, 1))).max() < knee[1] + np.radians(0.1)
 
 
-@pytest.mark.parametrize("window", [300, 450, 1000])
+@pytest.mark.parametrize("window", [300, *(pytest.param(n, marks=pytest.mark.long) for n in (450, 1000))])
 def test_windows_do_not_show(take, solves, monkeypatch, window):
     monkeypatch.setattr(finisher, "WINDOW", window)
     other = solve_frames(take[0], take[1], parse_settings("finish"))
