@@ -147,17 +147,22 @@ def test_a_long_gap_between_steps_with_nothing_seen():
         assert np.linalg.norm(result.positions_m[0] - before[-1].positions_m[0]) < 0.5
 
 
-@pytest.mark.parametrize("back_s", [0.001, 0.2, 10.0, 1e6])
+AFTER = ("smoothing=one_euro:after", "displacement_limit=after")
+BEFORE = ("smoothing=holt:before", "displacement_limit=before")
+BACK_S = (0.001, 0.2, 10.0, 1e6)
+
+
 @pytest.mark.parametrize(
-    "extra",
+    ("extra", "back_s"),
     [
-        (),
-        ("smoothing=one_euro:after", "displacement_limit=after"),
-        ("smoothing=holt:before", "displacement_limit=before"),
+        *(((), back_s) for back_s in BACK_S),
+        (AFTER, 0.2),
+        (BEFORE, 10.0),
+        *(pytest.param(AFTER, back_s, marks=pytest.mark.long) for back_s in BACK_S if back_s != 0.2),
+        *(pytest.param(BEFORE, back_s, marks=pytest.mark.long) for back_s in BACK_S if back_s != 10.0),
     ],
-    ids=["studio", "after", "before"],
 )
-def test_time_going_back(back_s, extra):
+def test_time_going_back(extra, back_s):
     calibration = stage(*TWO)
     start_s = 1.0 + back_s
     pipeline = Pipeline(calibration, parse_settings("studio", extra))
