@@ -7,6 +7,8 @@ import pytest
 
 from studio.engine.model.joints import MEASURED_JOINTS
 from studio.engine.model.poses import Poses
+from studio.lab.bench import run
+from studio.lab.bench.timing import WARM_UP
 from tests.commands.program import one_line, studio, studio_process
 
 FIGURES = {
@@ -26,14 +28,14 @@ FIGURES = {
 def stage(test_data, tmp_path_factory) -> Path:
     """A folder with the take `walk`: simulated, calibrated and solved by two presets."""
     folder = tmp_path_factory.mktemp("chain")
-    for command in (
-        ("simulate", test_data / "mocap" / "02_01.bvh", "--out", "walk", "--cameras", "2", "--seed", "1",
-         "--unit-m", "0.056444"),
-        ("calibrate", "walk", "--json", "calibration.json"),
-        ("solve", "walk", "--json", "solve.json"),
-        ("solve", "walk", "--preset", "raw", "--set", "output_hz=30", "hands=off", "--name", "raw 30"),
+    for program, *command in (
+        (studio_process, "simulate", test_data / "mocap" / "02_01.bvh", "--out", "walk", "--cameras", "2",
+         "--seed", "1", "--unit-m", "0.056444"),
+        (studio, "calibrate", "walk", "--json", "calibration.json"),
+        (studio, "solve", "walk", "--json", "solve.json"),
+        (studio, "solve", "walk", "--preset", "raw", "--set", "output_hz=30", "hands=off", "--name", "raw 30"),
     ):  # fmt: skip
-        done = studio_process(*command, cwd=folder)
+        done = program(*command, cwd=folder)
         assert (done.returncode, done.stderr) == (0, ""), done.stderr
     return folder
 
@@ -166,10 +168,10 @@ def test_a_refused_calibration_is_kept_but_not_used(stage, test_data, tmp_path):
     assert json.loads((tmp_path / "take" / "take.json").read_text())["calibration"] is None
 
 
-def test_bench_measures_every_stage(tmp_path):
-    done = studio_process(
-        "bench", "--frames", "30", "--json", "bench.json", "--report", "bench.html", cwd=tmp_path
-    )
+def test_bench_measures_every_stage(tmp_path, monkeypatch):
+    monkeypatch.setattr(run, "TURNS", 1)
+    monkeypatch.setattr(run, "MOST_IMAGES", WARM_UP + 2)
+    done = studio("bench", "--frames", "30", "--json", "bench.json", "--report", "bench.html", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert "<svg" in (tmp_path / "bench.html").read_text()
     stages = json.loads((tmp_path / "bench.json").read_text())["stages"]
