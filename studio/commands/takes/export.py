@@ -90,6 +90,11 @@ def add_parser(subparsers: Any) -> None:
         action="store_true",
         help="keep the robot's centre of mass over its feet while they stand",
     )
+    add(
+        "--keep-pose",
+        action="store_true",
+        help="do not have the robot give way in pose where its torques are beyond their limits",
+    )
     add_sessions(robots)
     keys = parser.add_argument_group("keys")
     add = keys.add_argument
@@ -128,7 +133,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.take.folder.take import Take
     from studio.take.library.exports.solve_export import named_file
 
-    if args.robot is not None or args.balance:
+    if args.robot is not None or args.balance or args.keep_pose:
         return _export_robot(args)
     if args.format == "mkv" or args.camera is not None:
         return _export_depth(args)
@@ -220,7 +225,8 @@ def _export_robot(args: argparse.Namespace) -> int:
     from studio.engine.base.errors import SettingsError
     from studio.engine.robots.files import FOLDER, load_robot
     from studio.engine.robots.motion import FORMATS, moved_robot, write_motion
-    from studio.engine.robots.moving.whole_take import Retargeting
+    from studio.engine.robots.moving.gave_way import gave_way_text
+    from studio.engine.robots.moving.solver import Retargeting
     from studio.engine.robots.strain import strain_of, strain_text
     from studio.library import choose_solve
     from studio.take.folder.solved import solved_performers
@@ -228,7 +234,9 @@ def _export_robot(args: argparse.Namespace) -> int:
     from studio.take.library.exports.solve_export import named_file
 
     if args.robot is None:
-        raise SettingsError("export.balance_without_robot", "--balance goes with --robot; name the robot too")
+        raise SettingsError(
+            "export.balance_without_robot", "--balance and --keep-pose go with --robot; name the robot too"
+        )
     if args.format not in FORMATS:
         raise SettingsError(
             "export.robot_format",
@@ -248,7 +256,7 @@ def _export_robot(args: argparse.Namespace) -> int:
                 robot,
                 one.poses,
                 options,
-                Retargeting(balance=args.balance),
+                Retargeting(balance=args.balance, give_way=not args.keep_pose),
                 progress=progress or (lambda share: None),
             )
         write_motion(motion, out, args.format)
@@ -256,7 +264,9 @@ def _export_robot(args: argparse.Namespace) -> int:
             f"{out}: solve {solve}, robot {robot.name}, {len(motion.time_s)} frames, {motion.frames_per_second:g} Hz"
         )
         if np.isfinite(robot.torque_nm).any():
-            print(strain_text(strain_of(robot, motion, one.poses.begins_s)))
+            begins_s = motion.time_s[0] if one.poses.begins_s is None else one.poses.begins_s
+            print(strain_text(strain_of(robot, motion, begins_s)))
+            print(gave_way_text(motion.gave_way, motion.time_s[0] - begins_s))
     return 0
 
 

@@ -13,8 +13,9 @@ from studio.engine.robots.motion import part_of
 from studio.engine.robots.moving.live import followed
 from studio.engine.robots.moving.per_frame import PerFrame, part_turns
 from studio.engine.robots.moving.performed import Performed
+from studio.engine.robots.moving.solver import Retargeting
 from studio.engine.robots.moving.targets import Targets, targets_of
-from studio.engine.robots.moving.whole_take import Retargeting, retargeted
+from studio.engine.robots.moving.whole_take import retargeted
 
 WAYS: dict[str, Callable[[Robot, Performed, Targets], NDArray[np.float64]]] = {
     "whole take": lambda robot, motion, targets: retargeted(robot, targets),

@@ -20,9 +20,11 @@ from studio.engine.base.versions import ROBOT_MOTION
 from studio.engine.model.poses import Poses
 from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.free_joint import FREE
+from studio.engine.robots.moving.gave_way import GaveWay
 from studio.engine.robots.moving.performed import Performed, performed
+from studio.engine.robots.moving.solver import Retargeting
 from studio.engine.robots.moving.targets import Targets, targets_of
-from studio.engine.robots.moving.whole_take import Retargeting, retargeted
+from studio.engine.robots.moving.whole_take import retargeted_and_told
 
 Array = NDArray[np.float64]
 
@@ -38,12 +40,14 @@ class RobotMotion:
         joint_names: hinges in the model's order.
         time_s: stage time of each frame [s], shape (frame_count,).
         qpos: MuJoCo's configurations: base [m], quaternion wxyz, hinges [rad], shape (frame_count, 7 + hinge_count).
+        gave_way: when it gave way in pose for its torques, since the first frame; no file keeps it.
     """
 
     robot: str
     joint_names: tuple[str, ...]
     time_s: Array
     qpos: Array
+    gave_way: tuple[GaveWay, ...] = ()
 
     @property
     def frames_per_second(self) -> float:
@@ -164,9 +168,9 @@ def moved_robot(
     """
     chosen, motion = part_of(poses, options or ExportOptions())
     targets = targets_of(robot, motion)
-    q = retargeted(robot, targets, how, progress=progress)
+    q, told = retargeted_and_told(robot, targets, how, progress=progress)
     q[:, 3:FREE] = continuous_signs(q[:, 3:FREE])
-    return RobotMotion(robot.name, robot.joint_names, chosen.time_s, q), targets
+    return RobotMotion(robot.name, robot.joint_names, chosen.time_s, q, told), targets
 
 
 def write_motion(motion: RobotMotion, path: str | os.PathLike[str], format: str) -> None:

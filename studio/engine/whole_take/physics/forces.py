@@ -27,8 +27,9 @@ ARM_M = 0.1
 SHARING = 1e-2
 """Weight of the forces relative to the residual; it spreads forces of equal effect over the points."""
 
-_EDGES = np.array([[FRICTION, 0, 1], [-FRICTION, 0, 1], [0, FRICTION, 1], [0, -FRICTION, 1]])
-_EDGES /= np.linalg.norm(_EDGES, axis=1, keepdims=True)
+EDGES = np.array([[FRICTION, 0, 1], [-FRICTION, 0, 1], [0, FRICTION, 1], [0, -FRICTION, 1]])
+EDGES /= np.linalg.norm(EDGES, axis=1, keepdims=True)
+"""Edges of a friction cone, shape (4, 3)."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +41,13 @@ class ContactForces:
         residual: unexplained force and moment / `ARM_M` [N], shape (K, 6).
         free: projection onto the directions of (force, moment / `ARM_M`) that the contact forces cannot reach,
             shape (K, 6, 6).
+        along: how much of each edge of the friction cones they use [N], shape (K, P, 4).
     """
 
     at_points: NDArray[np.float64]
     residual: NDArray[np.float64]
     free: NDArray[np.float64]
+    along: NDArray[np.float64]
 
 
 def bearing(motion: Dynamics, points: FloorPoints, floor_m: float) -> NDArray[np.bool_]:
@@ -62,12 +65,12 @@ def contact_forces(motion: Dynamics, bears: NDArray[np.bool_], *, shared: bool =
     """
     frames, count = bears.shape
     wanted = np.hstack([motion.force, motion.moment / ARM_M])
-    at_points, residual = np.zeros((frames, count, 3)), wanted.copy()
+    along, residual = np.zeros((frames, count, 4)), wanted.copy()
     free = np.broadcast_to(np.eye(6), (frames, 6, 6)).copy()
     arms = (motion.points[1:-1] - motion.com[1:-1, None]) / ARM_M
     effects = np.empty((frames, count, 4, 6))
-    effects[..., :3] = _EDGES
-    effects[..., 3:] = np.cross(arms[:, :, None], _EDGES)
+    effects[..., :3] = EDGES
+    effects[..., 3:] = np.cross(arms[:, :, None], EDGES)
     for k in np.flatnonzero(bears.any(axis=1)):
         columns = effects[k, bears[k]].reshape(-1, 6).T
         size = columns.shape[1]
@@ -79,6 +82,6 @@ def contact_forces(motion: Dynamics, bears: NDArray[np.bool_], *, shared: bool =
             used = columns[:, weights > 0.0]
             if used.shape[1]:
                 free[k] -= used @ np.linalg.pinv(used)
-        at_points[k, bears[k]] = weights.reshape(-1, 4) @ _EDGES
+        along[k, bears[k]] = weights.reshape(-1, 4)
         residual[k] -= columns @ weights
-    return ContactForces(at_points, residual, free)
+    return ContactForces(along @ EDGES, residual, free, along)

@@ -18,8 +18,9 @@ from studio.engine.robots.moving.kinematics import RobotKinematics
 from studio.engine.robots.moving.live import followed
 from studio.engine.robots.moving.per_frame import PerFrame, part_turns
 from studio.engine.robots.moving.performed import performed
+from studio.engine.robots.moving.solver import Retargeting, within_velocity
 from studio.engine.robots.moving.targets import targets_of, tilt_heights
-from studio.engine.robots.moving.whole_take import Retargeting, retargeted, within_velocity
+from studio.engine.robots.moving.whole_take import retargeted
 from studio.engine.whole_take.finish.trajectory import moved
 from tests.engine.robots import models
 

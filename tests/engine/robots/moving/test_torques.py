@@ -1,4 +1,4 @@
-"""Torques of a robot's motion are those of inverse dynamics, and kept nearer to the limits that a model gives."""
+"""Torques of a robot's motion are those of inverse dynamics, and kept within the limits that a model gives."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,13 +8,18 @@ import numpy as np
 
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.animation.read.imported import imported_poses
-from studio.engine.robots.body.robot import Robot, build_robot
+from studio.engine.robots.body.robot import INDEX, POINTS, Robot, build_robot
 from studio.engine.robots.figures import robot_figures
+from studio.engine.robots.moving.gave_way import TOLD_M, GaveWay, gave_way, gave_way_text
+from studio.engine.robots.moving.kinematics import RobotKinematics
 from studio.engine.robots.moving.performed import performed
+from studio.engine.robots.moving.solver import Retargeting
 from studio.engine.robots.moving.targets import targets_of
-from studio.engine.robots.moving.torques import RobotTorques
-from studio.engine.robots.moving.whole_take import Retargeting, retargeted
+from studio.engine.robots.moving.torque_rows import SIGMA_SHARE, LinearTorques
+from studio.engine.robots.moving.torques import KEPT_SHARE, RobotTorques
+from studio.engine.robots.moving.whole_take import retargeted, retargeted_and_told
 from studio.engine.robots.strain import strain_text, torque_shares
+from studio.engine.whole_take.finish.trajectory import moved
 from tests.engine.robots import models
 
 MOTORS = """<actuator>
@@ -53,7 +58,7 @@ def test_the_torques_of_a_stance_are_mujocos(tmp_path: Path):
     assert np.allclose(shares[arms], np.abs(data.qfrc_inverse[6:][arms]), atol=1e-3)
 
 
-def test_torques_of_weak_arms_are_kept_nearer_to_their_limits(tmp_path: Path, test_data: Path):
+def test_torques_of_weak_arms_are_kept_within_their_limits(tmp_path: Path, test_data: Path):
     robot = child(tmp_path)
     walk = frames_of(imported_poses(test_data / "mocap" / "02_03.bvh")[0], slice(1, 90))
     targets = targets_of(robot, performed(walk))
@@ -62,13 +67,20 @@ def test_torques_of_weak_arms_are_kept_nearer_to_their_limits(tmp_path: Path, te
     most = np.abs(RobotTorques(free, targets.frame_s).shares(before)).max(axis=0)
     arms = [name.startswith(("l_s", "r_s", "l_e", "r_e")) for name in robot.joint_names]
     weak = replace(robot, torque_nm=np.where(arms, 0.8 * most, np.inf)[:, None] * [-1.0, 1.0])
-    kept = robot_figures(weak, retargeted(weak, targets), targets)
-    loose = robot_figures(weak, before, targets)
+    near = robot_figures(weak, retargeted(weak, targets, Retargeting(give_way=False)), targets)
+    q, told = retargeted_and_told(weak, targets)
+    kept, loose = robot_figures(weak, q, targets), robot_figures(weak, before, targets)
     assert loose.torque_share is not None
-    assert kept.torque_share is not None
-    assert kept.torque_share < 0.7 * loose.torque_share
-    assert kept.key_point_mm < loose.key_point_mm + 10.0
+    assert near.torque_share is not None
+    assert near.torque_share < 0.5 * loose.torque_share
+    assert near.key_point_mm < loose.key_point_mm + 10.0
+    assert kept.torque_share == 0.0
+    assert kept.strained == ()
+    assert kept.key_point_mm < loose.key_point_mm + 30.0
     assert kept.limit_share == kept.velocity_share == 0.0
+    assert kept.self_penetration_share <= 0.01
+    assert told
+    assert all(one.most_m > TOLD_M and one.begin_s <= one.end_s for one in told)
     first = loose.strained[0]
     assert first.frame_share == max(one.frame_share for one in loose.strained)
     assert max(one.most for one in loose.strained) == loose.torque_most
@@ -78,3 +90,40 @@ def test_torques_of_weak_arms_are_kept_nearer_to_their_limits(tmp_path: Path, te
     assert at == first.most > 1.0
     assert strain_text(loose.strained).startswith(f"torques beyond limits: {first.joint} in ")
     assert strain_text(()) == "torques beyond limits: none"
+
+
+def test_rows_tell_how_torques_change(tmp_path: Path):
+    """As inverse dynamics does after a small step, of a robot that stands and sways."""
+    robot = child(tmp_path)
+    robot = replace(robot, torque_nm=np.tile([-1.0, 1.0], (len(robot.standing) - 7, 1)))
+    frame_s, frames = 0.01, 5
+    kinematics, torques = RobotKinematics(robot), RobotTorques(robot, frame_s)
+    way = np.random.default_rng(3).normal(size=(2, frames, len(kinematics.dofs)))
+    q = moved(np.tile(kinematics.reduced(robot.standing[None]), (frames, 1)), 1e-5 * way[0])
+    rows = LinearTorques(robot, torques, kinematics.dofs, frame_s).rows(kinematics.whole(q))
+    step = 1e-8 * way[1]
+    before, after = (torques.shares(kinematics.whole(one)) for one in (q, moved(q, step)))
+    at = np.argwhere(before > 0.8)
+    seen = (rows.beyond * SIGMA_SHARE + KEPT_SHARE)[:, None]
+    change = (rows.after(step) - rows.beyond) * SIGMA_SHARE
+    for frame, hinge in at:
+        mine = (rows.frames == frame) & (np.abs(seen[:, 0] - before[frame, hinge]) < 1e-9)
+        assert mine.any()
+        assert (
+            np.abs(change[mine] - (after - before)[frame, hinge]).min() < 1e-3 * np.abs(after - before).max()
+        )
+
+
+def test_where_a_motion_gave_way_is_told():
+    before = np.zeros((100, len(POINTS), 3))
+    after = before.copy()
+    after[20:30, INDEX["left_knee"], 0] = 0.1
+    after[35:41, INDEX["right_hand"], 2] = 0.2
+    after[80:90, INDEX["right_hand"], 2] = 0.02
+    told = gave_way(before, after, 0.01)
+    assert told == (GaveWay(0.2, 0.4, 0.2, "right_hand"),)
+    assert (
+        gave_way_text(told, 1.0)
+        == "gave way in pose for its torques: 1.20 to 1.40 s by up to 20 cm (right_hand)"
+    )
+    assert gave_way_text(()) == "gave way in pose for its torques: never"
