@@ -1,13 +1,14 @@
 """Motions of robots by the performers of a solve, kept beside its poses.
 
-Beside each motion a JSON says which joints are asked for too much torque. A file's name holds a digest of the robot's
-table, of the poses, and of the code that retargets: after any of them has changed it is another.
+Beside each motion a JSON says which joints are asked for too much torque, and when the motion gave way for that. A
+file's name holds a digest of the robot's table, of the poses, and of the code that retargets: after any of them has
+changed it is another.
 """
 
 import json
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from studio.engine.base.files import code_digest, write_json
 from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.files import load_robot, robot_table
 from studio.engine.robots.motion import RobotMotion, load_motion, moved_robot
+from studio.engine.robots.moving.gave_way import GaveWay
 from studio.engine.robots.strain import StrainedJoint, strain_of
 from studio.take.folder.performers import performer_number
 from studio.take.folder.solved import solved_performers
@@ -52,7 +54,10 @@ def keep_robot_motions(
         motion, _ = moved_robot(robot, one.poses, progress=tell)
         for old in file.parent.glob(f"robot_{name}_{'?' * _DIGITS}.*"):
             old.unlink(missing_ok=True)
-        write_json(file.with_suffix(".json"), [asdict(joint) for joint in strain_of(robot, motion)])
+        told = {"strained": strain_of(robot, motion), "gave_way": motion.gave_way}
+        write_json(
+            file.with_suffix(".json"), {key: [asdict(one) for one in value] for key, value in told.items()}
+        )
         motion.save(file)
 
 
@@ -72,17 +77,22 @@ def kept_robot_motions(take: Take, solve: str, robots: Path, robot: Robot) -> di
         if not file.is_file():
             return None
         try:
-            out[number] = KeptMotion(load_motion(file, robot), _strained(file.with_suffix(".json")))
+            strained, times = _told(file.with_suffix(".json"))
+            out[number] = KeptMotion(replace(load_motion(file, robot), gave_way=times), strained)
         except FormatError:  # a damaged file is made again
             return None
     return out
 
 
-def _strained(path: Path) -> tuple[StrainedJoint, ...]:
-    """Return what is kept of a motion's joints; nothing where that is damaged."""
-    with suppress(OSError, ValueError, TypeError):
-        return tuple(StrainedJoint(**joint) for joint in json.loads(path.read_text(encoding="utf-8")))
-    return ()
+def _told(path: Path) -> tuple[tuple[StrainedJoint, ...], tuple[GaveWay, ...]]:
+    """Return what is kept of a motion's joints, and when it gave way; nothing where that is damaged."""
+    with suppress(OSError, ValueError, TypeError, KeyError):
+        told = json.loads(path.read_text(encoding="utf-8"))
+        return (
+            tuple(StrainedJoint(**one) for one in told["strained"]),
+            tuple(GaveWay(**one) for one in told["gave_way"]),
+        )
+    return (), ()
 
 
 def _files(take: Take, solve: str, robots: Path, name: str) -> Iterator[tuple[int, Path]]:

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
-from studio.api.stage.shown import Layer, PointCamera, Points, StrainedRobotJoint, ViewState
+from studio.api.stage.shown import Layer, PointCamera, Points, RobotGaveWay, StrainedRobotJoint, ViewState
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.performers.colours import PERFORMER_COLOURS
@@ -205,6 +205,11 @@ def view_state(view: LiveView, robots: ChosenRobots) -> ViewState:
             StrainedRobotJoint(number, one.joint, one.frame_share, one.most, one.at_s)
             for number, joints in robots.strained().items()
             for one in joints
+        ],
+        robot_gave_way=[
+            RobotGaveWay(number, one.begin_s, one.end_s, one.most_m, one.point)
+            for number, times in robots.gave_way().items()
+            for one in times
         ],
         performer_colours=[as_hex(rgb) for rgb in PERFORMER_COLOURS],
     )

@@ -42,11 +42,23 @@ class StrainedRobotJoint(Struct):
     at_s: float
 
 
+class RobotGaveWay(Struct):
+    """A time in which the replayed robot gave way in pose for its torques: by whose motion (number of the performer),
+    from when to when, since the performance began [s], how far a key point is at most from where it would be [m],
+    and which."""
+
+    performer: int
+    begin_s: float
+    end_s: float
+    most_m: float
+    point: str
+
+
 class ViewState(Struct):
     """What the 3D view shows in all browsers: layers by name, a colour (`#rrggbb`) per camera, joints with trails,
     points; `robots`: the kept ones, `robot`: the one as which everybody is drawn, "" = a mannequin;
-    `robot_strained`: joints of which its motion for the replayed solve asks too much; `performer_colours`: of several
-    performers, by number from 1, repeated where there are more."""
+    `robot_strained`: joints of which its motion for the replayed solve asks too much; `robot_gave_way`: when that
+    motion gave way; `performer_colours`: of several performers, by number from 1, repeated where there are more."""
 
     layers: dict[str, Layer]
     colours: dict[str, str]
@@ -55,6 +67,7 @@ class ViewState(Struct):
     robots: list[str]
     robot: str
     robot_strained: list[StrainedRobotJoint]
+    robot_gave_way: list[RobotGaveWay]
     performer_colours: list[str]
 
 

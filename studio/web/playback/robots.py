@@ -22,6 +22,7 @@ from studio.web.scene.performers.robot import ChosenRobot
 if TYPE_CHECKING:
     from studio.engine.robots.body.robot import Robot
     from studio.engine.robots.motion import RobotMotion
+    from studio.engine.robots.moving.gave_way import GaveWay
     from studio.engine.robots.strain import StrainedJoint
 
 KIND = "robot"
@@ -89,7 +90,7 @@ class _Player(Protocol):
 
 
 class ChosenRobots:
-    """The choice of a robot for all browsers. All methods but `names` and `strained` may take seconds."""
+    """The choice of a robot for all browsers. All methods but `names`, `strained` and `gave_way` may take seconds."""
 
     def __init__(self, view: _View, player: _Player, takes: TakeFinder, jobs: Jobs, folder: Path) -> None:
         """`folder`: of the kept robots."""
@@ -112,6 +113,13 @@ class ChosenRobots:
         """Joints of which the motions for the replayed solve ask too much torque, by the performer's number."""
         clip, replayed = self._player.clip, self._replayed
         return replayed.strained if clip is not None and replayed.of(clip) else {}
+
+    def gave_way(self) -> "Mapping[int, Sequence[GaveWay]]":
+        """When the motions for the replayed solve gave way for their torques, by the performer's number."""
+        clip, replayed = self._player.clip, self._replayed
+        if clip is None or not replayed.of(clip):
+            return {}
+        return {number: motion.gave_way for number, motion in replayed.motions.items()}
 
     def choose(self, name: str) -> None:
         """Draw everybody as a kept robot, or as a mannequin ("").

@@ -58,17 +58,19 @@ def test_joints_that_are_asked_for_too_much_are_told(
     handle: tuple[ViewHandle, FastAPI], address: str, walk: Take, tmp_path: Path
 ) -> None:
     """A robot with weak knees walks: which joint, when, and how far beyond its limit stand in the view's state."""
-    weak = '<actuator><motor joint="l_k_pitch0" ctrlrange="-1 1"/></actuator></mujoco>'
+    weak = '<actuator><motor joint="l_k_pitch0" ctrlrange="-0.01 0.01"/></actuator></mujoco>'
     model = models.written(tmp_path, models.child().replace("</mujoco>", weak), "weak.xml")
     add_robot(tmp_path / FOLDER, model, "weak")
     keep_robot_motions(walk, "walk", tmp_path / FOLDER, "weak")
     with httpx.Client(base_url=f"{address}/api/v1", timeout=60.0) as client:
         client.put("/replay", json={"take": "monday/walk", "solve": "walk"})
-        told = client.put("/view", json={"robot": "weak"}).json()["robot_strained"]
+        state = client.put("/view", json={"robot": "weak"}).json()
+        told, times = state["robot_strained"], state["robot_gave_way"]
         assert [(one["performer"], one["joint"]) for one in told] == [(1, "l_k_pitch0")]
         assert told[0]["most"] > 1.0
         assert 0.0 < told[0]["frame_share"] <= 1.0
         assert 0.0 < told[0]["at_s"] < 0.25
+        assert all(one["performer"] == 1 and 0.0 <= one["begin_s"] <= one["end_s"] < 0.25 for one in times)
         assert client.put("/view", json={"robot": ""}).json()["robot_strained"] == []
 
 

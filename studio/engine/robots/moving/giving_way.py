@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from studio.engine.base.arrays import runs
 from studio.engine.robots.body.robot import Robot
@@ -72,7 +72,7 @@ ROUNDING = 1e-9
 HELD = 2
 """Frames at either end of a part that stay."""
 
-ANCHOR_S, ANCHOR_RAD = 0.3, (0.003, 3.0)
+ANCHOR_S, ANCHOR_RAD = 0.4, (1e-4, 3.0)
 """Time beside them over which the motion comes free, and its deviation there, first and last [rad or m]."""
 
 
@@ -110,7 +110,7 @@ class GivingWay:
             return q
         q = q.copy()
         weight, ease = np.ones(len(q) - 2), np.ones(len(q))
-        for done, (around_s, count) in enumerate(PASSES):
+        for done, (around_s, count) in enumerate(PASSES if self._can_stand() else PASSES[:1]):
             over = self._shares(q).max(axis=1) > 1.0
             for begin, end in self._parts(over, around_s):
                 first = np.arange(HELD if begin > 0 else 0)
@@ -131,6 +131,11 @@ class GivingWay:
         """Torques of the finished motion as shares of their limits, shape (frame_count - 2, hinge_count)."""
         return self._torques.shares(self._solver.finished(q))
 
+    def _can_stand(self) -> bool:
+        """Whether the robot's limits let it stand; otherwise nothing that gives way is within them."""
+        standing = np.tile(self._solver.kinematics.reduced(self._robot.standing[None]), (3, 1))
+        return float(self._shares(standing).max()) <= 1.0
+
     def _parts(self, over: NDArray[np.bool_], around_s: float) -> list[tuple[int, int]]:
         """First frame, and one after the last, of parts around frames that are beyond."""
         near = self._around(over, around_s) > ROUNDING
@@ -148,8 +153,10 @@ class GivingWay:
 
     def _lasting(self, over: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Those frames that are beyond for `LASTING_S`; single ones come and go with a corner that touches down."""
-        size = round(LASTING_S / self._frame_s) + 1
-        return maximum_filter1d(minimum_filter1d(over, size), size)
+        lasting = np.zeros_like(over)
+        for begin, end in runs(over):
+            lasting[begin:end] = end - begin > LASTING_S / self._frame_s
+        return lasting
 
     def _anchor(self, frames: int, held: NDArray[np.int64]) -> Array:
         """How stiffly frames are where they were, shape (frame_count,)."""
@@ -164,21 +171,21 @@ class GivingWay:
         `APART_M`."""
         targets, held, weight, ease = part.targets, part.held, part.weight, part.ease
         level, anchor, before = np.zeros(len(q)), self._anchor(len(q), held), q
-        best, least, deepest = q, np.inf, 2.0 * APART_M
+        best, least, deepest, kept = q, np.inf, 2.0 * APART_M, (weight.copy(), ease.copy())
         for step in range(count + 1):
             at = self._solver.linearised(q, sigma_m)
             most = self._shares(q).max(axis=1)
             beyond, overlap = float(np.maximum(most - 1.0, 0.0).sum()), overlap_m(at.contacts)
             deepest = max(deepest, overlap) if step == 0 else deepest
             if beyond < least and overlap <= deepest:
-                best, least = q, beyond
+                best, least, kept = q, beyond, (weight.copy(), ease.copy())
             if least == 0.0:
                 break
             near = self._around(most > 1.0, NEAR_S)
             level = np.maximum(level, self._around(most > KEPT_SHARE, LEVEL_S) if step == 0 else near)
             if step >= FIRMER_STEP:
                 weight[:] = np.minimum(weight * FIRMER ** near[1:-1], FIRMEST)
-            if step >= GIVES_WAY_STEP and self._gives_way:
+            if (step >= GIVES_WAY_STEP or not part.patient) and self._gives_way:
                 lasting = self._around(self._lasting(most > 1.0), NEAR_S) if part.patient else near
                 far = self._around(most > FAR_SHARE, NEAR_S) * lasting
                 ease[:] = np.minimum(ease * GIVES_WAY ** (lasting + far), GIVES_MOST)
@@ -189,20 +196,26 @@ class GivingWay:
             _anchor_rows(normal, steps_between(q, before), anchor)
             rows = self._linear.rows(self._solver.kinematics.whole(q))
             q = moved(q, STEP * np.clip(_within(Blocks.of(normal), rows, weight, held), -MAX_STEP, MAX_STEP))
+        weight[:], ease[:] = kept
         return best
 
 
 def _within(blocks: Blocks, rows: TorqueRows, weight: Array, held: NDArray[np.int64]) -> Array:
     """The step of normal equations, with the rows that would be beyond after it."""
-    active = rows.beyond > 0.0
-    for _ in range(ACTIVE_SETS):
+
+    def solved(active: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
         whole = Blocks(blocks.diagonal.copy(), blocks.next.copy(), blocks.second.copy(), blocks.right.copy())
         rows.add_to(whole, active, weight)
         step = step_of(whole, held)
-        then = rows.after(step) > 0.0
+        return step, rows.after(step) > 0.0
+
+    active = rows.beyond > 0.0
+    step, then = solved(active)
+    for _ in range(ACTIVE_SETS - 1):
         if (then == active).all():
             break
         active = then
+        step, then = solved(active)
     return step
 
 

@@ -18,7 +18,7 @@ function chip(id, words, hint, pressed, onclick) {
  * Return the choice of a character, for the menu of layers: a body, in this browser, or a robot, in all of them.
  * `changed` is called after another body was chosen; `change` changes the view.
  */
-export function bodyChoice({ robots, robot, robot_strained: strained }, changed, change) {
+export function bodyChoice({ robots, robot, robot_strained: strained, robot_gave_way: times }, changed, change) {
   const choose = (name) => {
     localStorage.setItem(KEPT, name);
     changed();
@@ -28,19 +28,29 @@ export function bodyChoice({ robots, robot, robot_strained: strained }, changed,
     ...BODIES.map((name) => chip(`body-${name}`, t(`body.${name}`), t(`body.${name}_hint`), !robot && name === shownBody(), () => choose(name))),
     ...robots.map((name) => chip(`robot-${name}`, name, t("body.robot_hint"), name === robot, () => change({ robot: name }))),
   ]);
-  return strained.length ? h("div", {}, [choice, strainOf(strained)]) : choice;
+  const told = [
+    strained.length && robotTable("strain", ["joint", "frames", "most", "at"], strained, ({ joint, frame_share: share, most, at_s: at }) => [joint, [100 * share, 1], [most, 2], [at, 2]]),
+    times.length && robotTable("gave_way", ["point", "from", "to", "cm"], times, ({ point, begin_s: begin, end_s: end, most_m: most }) => [point, [begin, 2], [end, 2], [100 * most, 0]]),
+  ].filter(Boolean);
+  return told.length ? h("div", {}, [choice, ...told]) : choice;
 }
 
-/** Of which joints the replayed motion asks more torque than their limits, how often, how far beyond, and when. */
-function strainOf(strained) {
-  const several = new Set(strained.map((one) => one.performer)).size > 1;
-  const row = ({ performer, joint, frame_share: share, most, at_s: at }) => h("tr", {}, [
-    h("th", { scope: "row" }, several ? `${performer}: ${joint}` : joint),
-    ...[[100 * share, 1], [most, 2], [at, 2]].map(([value, digits]) => h("td", {}, number(value, digits))),
-  ]);
-  return h("div", { id: "robot-strain", class: "robot-strain", title: t("body.strain_hint") }, h("table", {}, [
-    h("caption", {}, t("body.strain")),
-    h("thead", {}, h("tr", {}, ["joint", "frames", "most", "at"].map((key) => h("th", { scope: "col" }, t(`body.strain.${key}`))))),
-    h("tbody", {}, strained.map(row)),
+/**
+ * A table of what is told of the replayed motion of a robot: of which joints it asks more torque than their limits
+ * ("strain"), or when it gave way for that ("gave_way"). `cells` returns a row's name, and its numbers with their digits.
+ */
+function robotTable(what, columns, rows, cells) {
+  const several = new Set(rows.map((one) => one.performer)).size > 1;
+  const row = (one) => {
+    const [name, ...values] = cells(one);
+    return h("tr", {}, [
+      h("th", { scope: "row" }, several ? `${one.performer}: ${name}` : name),
+      ...values.map(([value, digits]) => h("td", {}, number(value, digits))),
+    ]);
+  };
+  return h("div", { id: `robot-${what}`, class: "robot-strain", title: t(`body.${what}_hint`) }, h("table", {}, [
+    h("caption", {}, t(`body.${what}`)),
+    h("thead", {}, h("tr", {}, columns.map((key) => h("th", { scope: "col" }, t(`body.${what}.${key}`))))),
+    h("tbody", {}, rows.map(row)),
   ]));
 }

@@ -56,7 +56,7 @@ function updateViewpoint() {
 /** Show what the server says of all browsers' views: layers and trails; and this browser's body. */
 export function updateView(view) {
   updatePoints(view);
-  redraw(byId("layers"), [view.layers, view.trails, view.points, view.colours, view.robots, view.robot, view.robot_strained, shownBody()], () => [
+  redraw(byId("layers"), [view.layers, view.trails, view.points, view.colours, view.robots, view.robot, view.robot_strained, view.robot_gave_way, shownBody()], () => [
     h("legend", {}, t("stage.layers")),
     ...Object.entries(view.layers).flatMap(([name, one]) => [
       layer(name, one), name === "character" && one.shown && bodyChoice(view, () => updateView(view), change), name === "trails" && one.shown && trails(view.trails), name === "points" && one.shown && pointsChoice(view, change),
