@@ -195,7 +195,11 @@ class GivingWay:
             _level_rows(normal, at, level)
             _anchor_rows(normal, steps_between(q, before), anchor)
             rows = self._linear.rows(self._solver.kinematics.whole(q))
-            q = moved(q, STEP * np.clip(_within(Blocks.of(normal), rows, weight, held), -MAX_STEP, MAX_STEP))
+            try:
+                ahead = _within(Blocks.of(normal), rows, weight, held)
+            except np.linalg.LinAlgError:  # limits far below what the robot's parts weigh
+                break
+            q = moved(q, STEP * np.clip(ahead, -MAX_STEP, MAX_STEP))
         weight[:], ease[:] = kept
         return best
 
