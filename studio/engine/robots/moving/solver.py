@@ -165,7 +165,9 @@ def step_of(normal: NormalEquations, held: NDArray[np.int64]) -> Array:
     k = np.arange(normal.right.shape[1])
     normal.diagonal[held[:, None], k, k] += HELD
     normal.right[held] = 0.0
-    return normal.solve()
+    step = normal.solve()
+    step[held] = 0.0  # rows of torques can be stiffer than `HELD`
+    return step
 
 
 def _point_rows(at: Linearised, targets: Targets) -> BandedNormal:
