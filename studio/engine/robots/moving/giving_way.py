@@ -20,7 +20,7 @@ from studio.engine.robots.moving.solver import (
     APART_M,
     FIRM_ITERATION,
     FLOOR_M,
-    Solver,
+    RobotSolver,
     apart_m,
     contact_rows,
     overlap_m,
@@ -98,7 +98,7 @@ class _Part:
 class GivingWay:
     """Brings a robot's motions within its torques' limits."""
 
-    def __init__(self, robot: Robot, solver: Solver, frame_s: float, *, gives_way: bool) -> None:
+    def __init__(self, robot: Robot, solver: RobotSolver, frame_s: float, *, gives_way: bool) -> None:
         """Args: `gives_way`: also in pose, not only as far as other accelerations do it."""
         self._robot, self._solver, self._frame_s, self._gives_way = robot, solver, frame_s, gives_way
         self._torques = RobotTorques(robot, frame_s)

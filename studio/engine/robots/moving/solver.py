@@ -63,7 +63,7 @@ class Retargeting:
     give_way: bool = True
 
 
-class Solver:
+class RobotSolver:
     """The problem of a robot that follows targets: its normal equations at given configurations."""
 
     def __init__(self, robot: Robot, targets: Targets, options: Retargeting) -> None:

@@ -14,7 +14,7 @@ import studio.engine.base.blas  # noqa: F401, so that equal input gives equal bi
 from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.moving.gave_way import GaveWay, gave_way
 from studio.engine.robots.moving.giving_way import GivingWay
-from studio.engine.robots.moving.solver import Retargeting, Solver, apart_m
+from studio.engine.robots.moving.solver import Retargeting, RobotSolver, apart_m
 from studio.engine.robots.moving.targets import Targets, replanted
 
 Array = NDArray[np.float64]
@@ -58,7 +58,7 @@ def retargeted_and_told(
         no more per frame than its velocity allows. Times are since the first frame.
     """
     options = options or Retargeting()
-    solver = Solver(robot, targets, options)
+    solver = RobotSolver(robot, targets, options)
     q = solver.start(targets)
     for begin in range(0, len(q), WINDOW):
         low, high = max(begin - JOINED, 0), min(begin + WINDOW + MARGIN, len(q))
