@@ -86,6 +86,7 @@ def phone(chromium: Browser, video: Path | None = None, *flags: str) -> Iterator
         viewport={"width": 390, "height": 844}, has_touch=True, ignore_https_errors=True
     )
     context.set_default_timeout(WAIT_MS)
+    context.grant_permissions(["accelerometer", "gyroscope"])  # without a window, nobody is asked
     try:
         yield Phone(context.new_page())
     finally:
