@@ -25,7 +25,7 @@ WAIT_MS = 60_000
 SELDOM_MS, LIVELY_MS = 1000, 200
 UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
   const next = window.requestAnimationFrame.bind(window);
-  window.requestAnimationFrame = (call) => setTimeout(() => next(call), INTERVAL_MS);
+  window.requestAnimationFrame = (call) => INTERVAL_MS && setTimeout(() => next(call), INTERVAL_MS);
   if (!location.search.includes("software")) {
     const { getContext } = HTMLCanvasElement.prototype, { getParameter } = WebGL2RenderingContext.prototype;
     HTMLCanvasElement.prototype.getContext = function (kind, how) {
@@ -36,8 +36,9 @@ UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
     };
   }
 }"""
-"""Has the 3D view draw a frame a second, or five where a test is marked `lively`, without multisampling: drawing by
-software would take a core from all other tests. It takes the browser for one with a graphics card, so that pictures
+"""Has the 3D view draw a frame a second, five where a test is marked `lively`, or none in other tests of the page,
+without multisampling: drawing by software would take a core from all other tests, and the first frame takes three
+seconds. It takes the browser for one with a graphics card, so that pictures
 of one test have the same resolution; where `?software` is asked for, it knows."""
 
 expect.set_options(timeout=WAIT_MS)
@@ -47,7 +48,7 @@ _interval_ms = SELDOM_MS
 
 @contextmanager
 def drawing_every(interval_ms: int) -> Iterator[None]:
-    """The 3D views of pages that are opened in the block draw at this interval."""
+    """The 3D views of pages that are opened in the block draw at this interval; 0 = never."""
     global _interval_ms
     before, _interval_ms = _interval_ms, interval_ms
     yield

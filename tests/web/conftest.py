@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page
 from studio.api.jobs import Jobs
 from studio.engine.base.errors import StudioError
 from studio.web import ViewHandle, mount
-from tests.web.browser import LIVELY_MS, SELDOM_MS, drawing_every, quiet_page
+from tests.web.browser import LIVELY_MS, drawing_every, quiet_page
 from tests.web.stages import FakeStage, FolderOfTakes, serving
 
 
@@ -22,8 +22,8 @@ def works_quickly(ready_worker: None) -> None:
 
 @pytest.fixture(scope="module", autouse=True)
 def drawn_often(request: pytest.FixtureRequest) -> Iterator[None]:
-    """The 3D view draws more often for tests that look at its pictures, or use the pointer in it."""
-    with drawing_every(LIVELY_MS if request.node.get_closest_marker("lively") else SELDOM_MS):
+    """The 3D view draws for tests that look at its pictures, or use the pointer in it."""
+    with drawing_every(LIVELY_MS if request.node.get_closest_marker("lively") else 0):
         yield
 
 

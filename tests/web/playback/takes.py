@@ -4,11 +4,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
+from studio.api.takes.thumbnails import picture_of
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.settings.settings import preset
 from studio.engine.whole_take.trace import STEP_M, Trace
+from studio.review.render.thumbnail import SIZE_PX
 from studio.take.folder.solves import Solved, write_performers, write_solve
 from studio.take.folder.take import Take
 from tests import poses_factory
@@ -16,7 +19,14 @@ from tests import poses_factory
 FRAMES = 121
 
 
-def take_with_solves(path: Path, *, seed: int = 0) -> Take:
+def _add_picture(take: Take) -> None:
+    """Give a take a picture, so that its server starts no process that draws one."""
+    picture = picture_of(take.path)
+    picture.parent.mkdir(exist_ok=True)
+    Image.new("RGB", (SIZE_PX, SIZE_PX), "grey").save(picture)
+
+
+def take_with_solves(path: Path, *, seed: int = 0, picture: bool = True) -> Take:
     """Make a take of two seconds at 60 Hz with the solves `studio`, which has a trace, and `live`, which has none."""
     take = Take.create(path, session=path.parent.name, name=path.name, source="import")
     take.meta["recording"] = "done"
@@ -39,6 +49,8 @@ def take_with_solves(path: Path, *, seed: int = 0) -> Take:
     )
     for name, kept in (("studio", trace), ("live", None)):
         write_solve(take, name, settings=preset("studio"), poses=poses, metrics={}, trace=kept)
+    if picture:
+        _add_picture(take)
     return take
 
 
@@ -66,4 +78,5 @@ def take_of_two(path: Path, *, solves: tuple[str, ...] = ("studio",)) -> Take:
     }
     for name in solves:
         write_performers(take, name, settings=preset("studio"), performers=performers, metrics={})
+    _add_picture(take)
     return take

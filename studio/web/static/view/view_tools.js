@@ -72,7 +72,9 @@ export function startViewTools() {
   startResolution();
   const menu = byId("view-layers");
   document.addEventListener("pointerdown", (event) => { if (!menu.contains(event.target)) menu.open = false; });
-  window.addEventListener("blur", () => { menu.open = false; }); // a click into the 3D view
+  window.addEventListener("blur", () => {
+    if (document.activeElement === byId("viewer")) menu.open = false; // a click into the 3D view
+  });
   menu.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !menu.open) return;
     event.stopPropagation();
