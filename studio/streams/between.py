@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.base.quaternions import normalized
+from studio.engine.base.quaternions import blended
 from studio.engine.model.frames import StepResult
 
 Array = NDArray[np.float64]
@@ -64,12 +64,9 @@ class PosesBetween:
         share = gone_s / self._way_s if gone_s < self._way_s else 1.0
         if share == 1.0:
             return goal
-        dots = (start.rotations_wxyz * goal.rotations_wxyz).sum(axis=1, keepdims=True)
-        sign = np.where(dots < 0.0, -1.0, 1.0)
-        turned = (1.0 - share) * sign * start.rotations_wxyz + share * goal.rotations_wxyz
         return PoseAt(
             (1.0 - share) * start.positions_m + share * goal.positions_m,
-            normalized(turned),
+            blended(start.rotations_wxyz, goal.rotations_wxyz, share),
             goal.root_height_m,
             (1.0 - share) * start.time_s + share * goal.time_s,
         )

@@ -42,6 +42,13 @@ def normalized(q: Array) -> Array:
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
+def blended(a: Array, b: Array, share: float | Array) -> Array:
+    """Return rotations between two, shape (..., 4): a at share 0, b at share 1, on the shorter way; along a straight
+    line that is normalised, so that the speed is not quite even."""
+    sign = np.where((a * b).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
+    return normalized((1.0 - share) * sign * a + share * b)
+
+
 def continuous_signs(q: Array) -> Array:
     """Return quaternions, shape (frame_count, ..., 4), with signs chosen so that each is nearest to the one
     before."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.arrays import runs
 from studio.engine.base.geometry import matrices
-from studio.engine.base.quaternions import continuous_signs, normalized
+from studio.engine.base.quaternions import blended
 from studio.engine.edits.frames import Frames, changed_spans_s, stage_s
 from studio.engine.edits.pins import Pins
 from studio.engine.edits.timing import eased
@@ -114,8 +114,7 @@ def going_back(own: StepResult, edited: StepResult, span: Span, skeleton: Skelet
     share = float(eased(np.array(1.0 - after_s / AROUND_S)))
     if share == 1.0:
         return edited
-    signs = continuous_signs(np.stack([own.rotations_wxyz, edited.rotations_wxyz]))
-    rotations = normalized((1.0 - share) * signs[0] + share * signs[1])
+    rotations = blended(own.rotations_wxyz, edited.rotations_wxyz, share)
     positions = (1.0 - share) * own.positions_m + share * edited.positions_m
     if own.configuration is not None:  # without a solved pose, joints are where they are measured
         positions = forward_positions(skeleton, positions[0], matrices(rotations))

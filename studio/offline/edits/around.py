@@ -7,7 +7,7 @@ import numpy as np
 
 from studio.engine.animation.clip.kinematics import local_keys, world_poses
 from studio.engine.animation.clip.resample import frames_of
-from studio.engine.base.quaternions import continuous_signs, normalized
+from studio.engine.base.quaternions import blended
 from studio.engine.edits.edit import Edit
 from studio.engine.edits.timing import eased, of_performer
 from studio.engine.model.frames import CameraFrame
@@ -108,8 +108,7 @@ def blended_into(found: Poses, stored: Poses) -> Poses:
     new_offsets, new = local_keys(found.parents, found.positions_m[rows], found.rotations_wxyz[rows])
     offsets, own = local_keys(beside.parents, beside.positions_m, beside.rotations_wxyz)
     new_offsets[:, 0, 2] += up
-    turns = continuous_signs(np.stack([own, new]))
-    mixed = normalized((1.0 - share[:, None, None]) * turns[0] + share[:, None, None] * turns[1])
+    mixed = blended(own, new, share[:, None, None])
     moved = (1.0 - share[:, None, None]) * offsets + share[:, None, None] * new_offsets
     positions, rotations = world_poses(found.parents, moved, mixed)
     return replace(

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from studio.engine.base.geometry import unit
-from studio.engine.base.quaternions import continuous_signs, inverse, multiply, normalized, rotate
+from studio.engine.base.quaternions import blended, continuous_signs, inverse, multiply, normalized, rotate
 
 COUNT = 200
 
@@ -53,3 +53,13 @@ def test_a_vector_without_length_stays_nothing():
     np.testing.assert_array_equal(
         unit(np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 0.0]])), [[0, 0.6, 0.8], [0, 0, 0]]
     )
+
+
+def test_what_is_blended_turns_on_the_shorter_way(pair):
+    first, rng = pair[0], np.random.default_rng(6)
+    turn = Rotation.from_rotvec(rng.uniform(-0.8, 0.8, (COUNT, 3)))
+    a, b = wxyz(first), wxyz(first * turn) * rng.choice([-1.0, 1.0], (COUNT, 1))
+    half = Rotation.from_quat(blended(a, b, 0.5), scalar_first=True)
+    np.testing.assert_allclose((first.inv() * half).as_rotvec(), 0.5 * turn.as_rotvec(), atol=1e-12)
+    np.testing.assert_allclose(blended(a, b, 1.0), b, atol=1e-12)
+    np.testing.assert_allclose(np.abs((blended(a, b, np.zeros((COUNT, 1))) * a).sum(axis=1)), 1.0, atol=1e-12)
