@@ -127,12 +127,17 @@ def run(way: str, seed: int, part: str, seconds: float = 2.0, make: type[Tracker
     return Run(np.array(errors), np.array(sure), why)
 
 
-def runs(seeds: int) -> Iterator[tuple[str, int, str, Run]]:
-    """Run all ways; every seed has another performer, number of cameras and part of the motion."""
+def part_of(way: str, seed: int) -> str:
+    """Return the part of the motion of a seed: each has another performer, number of cameras and part."""
     parts = tuple(PARTS_S)
+    return parts[(seed + WAYS.index(way)) % len(parts)]
+
+
+def runs(seeds: int) -> Iterator[tuple[str, int, str, Run]]:
+    """Run all ways with some seeds."""
     for way in WAYS:
         for seed in range(seeds):
-            part = parts[(seed + WAYS.index(way)) % len(parts)]
+            part = part_of(way, seed)
             yield way, seed, part, run(way, seed, part)
 
 
