@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 
 from studio.engine.model.joints import CANONICAL, PARENTS
 from studio.engine.whole_take.mending.around import STEP_S
-from studio.engine.whole_take.mending.middle import filled, median_of
+from studio.engine.whole_take.mending.middle import path_of
 
 Array = NDArray[np.float64]
 
@@ -115,7 +115,7 @@ def too_far(track: Array, at: slice, place_m: Array) -> Array:
     away_s = STEP_S * np.maximum(
         np.maximum(at.start - np.arange(len(track)), np.arange(len(track)) - at.stop + 1), 0
     )
-    speed = np.linalg.norm(np.gradient(filled(median_of(track[:, :, None]))[:, 0], STEP_S, axis=0), axis=1)
+    speed = np.linalg.norm(np.gradient(path_of(track), STEP_S, axis=0), axis=1)
     near = NEAR_M + max(float(np.percentile(speed, FAST_PERCENT)), STILL_M_S) * away_s
     beyond = np.maximum(np.linalg.norm(track - place_m, axis=2) - near[:, None], 0.0)
     return np.nan_to_num(np.minimum((beyond / NOISE_M) ** 2, MOST)).sum(axis=1)
@@ -155,5 +155,5 @@ def squared_of(jump: Array, scale: Array, most: float = MOST) -> Array:
 
 def stands_still(track: Array) -> NDArray[np.bool_]:
     """Instants at which the joint of most cameras stands still, shape (count,)."""
-    smooth = median_filter(filled(median_of(track[:, :, None]))[:, 0], (SLOPE, 1), mode="nearest")
+    smooth = median_filter(path_of(track), (SLOPE, 1), mode="nearest")
     return np.linalg.norm(np.gradient(smooth, STEP_S, axis=0), axis=1) < STILL_M_S

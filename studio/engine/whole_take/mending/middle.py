@@ -28,3 +28,9 @@ def filled(tracks: Array) -> Array:
             own = np.interp(places, places[known], out[known, joint, axis]) if known.any() else 0.0
             out[:, joint, axis] = own
     return out
+
+
+def path_of(track: Array) -> Array:
+    """Return the common path of one joint without gaps, shape (count, 3), from a track of the shape (count,
+    camera_count, 3)."""
+    return filled(median_of(track[:, :, None]))[:, 0]

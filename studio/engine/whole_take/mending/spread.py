@@ -20,7 +20,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.ndimage import gaussian_filter1d
 
 from studio.engine.whole_take.mending.around import STEP_S
-from studio.engine.whole_take.mending.middle import filled, median_of
+from studio.engine.whole_take.mending.middle import path_of
 
 Array = NDArray[np.float64]
 
@@ -105,7 +105,7 @@ def spread(
 
 def _usual(seen_m: Array) -> tuple[float, float]:
     """Standard deviations of the joint's velocity [m/s] and acceleration [m/s2]."""
-    path = filled(median_of(seen_m[:, :, None]))[:, 0]
+    path = path_of(seen_m)
     smooth = gaussian_filter1d(path, LIVELY_STEPS, axis=0, mode="nearest")
     usual = [
         np.percentile(np.linalg.norm(np.diff(smooth, n=n, axis=0), axis=1), LIVELY) / STEP_S**n

@@ -77,7 +77,7 @@ class InverseDynamics:
             rows = inertia[FREE_DOFS + hinges] / (sigma_nm * self._dt**2)
             square = (weight[:, None] * rows).T @ rows
             pull = (weight * excess) @ rows
-            add_difference(blocks, int(k), square, pull)
+            _add_difference(blocks, int(k), square, pull)
 
     def _place(self, q: NDArray[np.float64]) -> None:
         self._data.qpos[:] = q
@@ -85,7 +85,7 @@ class InverseDynamics:
         mujoco.mj_comPos(self._model, self._data)
 
 
-def add_difference(
+def _add_difference(
     blocks: Blocks, first: int, square: NDArray[np.float64], pull: NDArray[np.float64]
 ) -> None:
     """Add rows of the second difference of three frames, the first one at `first`: their square, shape (nv, nv), and
