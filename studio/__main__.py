@@ -24,6 +24,7 @@ COMMANDS = {
     "simulate": "takes.simulate",
     "import": "takes.import_take",
     "calibrate": "takes.calibrate",
+    "board": "takes.board",
     "solve": "takes.solve",
     "edit": "takes.edit",
     "splice": "takes.splice",

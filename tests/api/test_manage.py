@@ -118,6 +118,10 @@ def test_a_take_is_calibrated_again_or_borrows(recorded):
     borrowed = recorded.http.post("/takes/other/copy/calibrations", json={"borrow": "tests/one"}).json()
     assert borrowed == {"state": "done", "number": before["numbers"][-1] + 1}
     assert recorded.http.get("/takes/other/copy/calibrations").json()["in_use"] == borrowed["number"]
+    again = recorded.http.put("/takes/other/copy/calibrations/in_use", json={"number": before["in_use"]})
+    assert again.json() == {**before, "numbers": [*before["numbers"], borrowed["number"]]}
+    answer = recorded.http.put("/takes/other/copy/calibrations/in_use", json={"number": 99})
+    assert_error(answer, 409, "calibration", "take.no_such_calibration")
     answer = recorded.http.post("/takes/other/copy/calibrations", json={"borrow": "tests/none"})
     assert_error(answer, 404, "not_found")
     answer = recorded.http.post("/takes/tests/one/calibrations", json={"reference": "camera_9"})

@@ -26,6 +26,7 @@ OPTIONS = {
     ),
     "import": ("--out",),
     "calibrate": ("--json",),
+    "board": ("--number", "--out"),
     "solve": ("--preset", "--set", "--name", "--as-live", "--no-edits", "--auto", "--json"),
     "evaluate": ("--reference", "--robot", "--solve", "--json", "--report"),
     "study": ("--seeds", "--out", "--cameras", "--votes"),

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from studio.engine.base.geometry import make_transform
 from studio.engine.calibration.board import Sighting, with_board
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.seeing.board import Board, BoardFinder
+from studio.engine.seeing.board_sheet import board_sheet
 from studio.offline.board import calibrated_by_board
 from studio.take.folder.take import Take
 from tests.engine.calibration.views.synthetic import HEIGHT_M, LENS
@@ -83,6 +85,29 @@ def test_a_board_that_is_held_gives_the_size_alone(board: Board) -> None:
         after = found.cameras[name].T_stage_camera
         np.testing.assert_allclose(after[:3, :3], camera.T_stage_camera[:3, :3])
         np.testing.assert_allclose(after[:3, 3], said.size * camera.T_stage_camera[:3, 3])
+
+
+@pytest.mark.parametrize(("text", "number"), [("charuco:5x7:60:45", 0), ("apriltag:160:25h9", 7)])
+def test_a_sheet_shows_the_board_in_true_size(text: str, number: int) -> None:
+    board, sheet = Board.parse(text), ElementTree.fromstring(board_sheet(Board.parse(text), number))
+    left, top, wide, high = (float(value) for value in sheet.attrib["viewBox"].split())
+    assert sheet.attrib["width"] == f"{wide:.3f}mm"
+    picture = np.full((round(4 * high), round(4 * wide)), 255, np.uint8)  # 4 pixels a millimetre
+    drawn = sheet.find("{*}path").attrib["d"]  # type: ignore[union-attr]
+    for x, y, side in re.findall(r"M(-?[\d.]+) (-?[\d.]+)h([\d.]+)", drawn):
+        x0, y0 = 4 * (float(x) - left), 4 * (float(y) - top)
+        picture[round(y0) : round(y0 + 4 * float(side)), round(x0) : round(x0 + 4 * float(side))] = 0
+    (seen,) = BoardFinder(board).find(picture)
+    assert seen.number == number and len(seen.ids) == (24 if board.kind == "charuco" else 4)
+    apart_mm = np.linalg.norm(np.diff(seen.pixels[[0, -1]], axis=0)) / 4
+    assert apart_mm == pytest.approx(1e3 * np.linalg.norm(np.diff(seen.points[[0, -1]], axis=0)), abs=1.0)
+
+
+def test_no_sheet_has_a_tag_or_markers_that_do_not_exist() -> None:
+    with refused(SettingsError, "value.bad"):
+        board_sheet(Board.parse("apriltag:160:16h5"), 30)
+    with refused(SettingsError, "board.few_markers"):
+        Board.parse("charuco:20x20:60:45")
 
 
 def test_sizes_that_contradict_each_other_and_cameras_side_by_side_are_refused() -> None:

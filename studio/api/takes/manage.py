@@ -20,8 +20,8 @@ from studio.engine.base.errors import FormatError
 from studio.engine.model.calibration import CalibrationJson
 from studio.engine.model.performers.exchange import Exchange
 from studio.take.folder.names import inside
-from studio.take.folder.take import check_free
-from studio.take.library.borrow import borrow_calibration
+from studio.take.folder.take import Take, check_free
+from studio.take.library.borrow import borrow_calibration, use_calibration
 from studio.take.library.bundle import ENDING, MAX_BYTES
 from studio.take.library.sessions import take_info, take_path
 from studio.take.library.slate import Slate, TimelineMarker, change_slate
@@ -86,6 +86,17 @@ class CalibrateRequest(Body):
     )
     lenses: dict[str, LensRequest] = LENSES
     same_lens: bool = SAME_LENS
+    readouts_ms: dict[str, float] = Field(
+        default_factory=dict,
+        description="by camera without depth, the time in which it reads a picture from the first row to the last",
+    )
+    board: str | None = Field(
+        default=None,
+        max_length=100,
+        description="a board in the take's videos, which gives cameras without depth the size of the stage and, on "
+        "the floor, floor and origin; as in `calibrate --board`",
+        examples=["charuco:5x7:60:45", "apriltag:160"],
+    )
 
 
 class CalibrationsOfTake(Struct):
@@ -97,11 +108,23 @@ class CalibrationsOfTake(Struct):
     calibration: CalibrationJson | None
 
 
+class UseRequest(Body):
+    """A stored calibration of a take."""
+
+    number: int = Field(ge=1)
+
+
 class BorrowedCalibration(Struct):
     """A calibration was borrowed, and has this number."""
 
     number: int
     state: Literal["done"] = "done"
+
+
+def _calibrations(take: Take) -> CalibrationsOfTake:
+    in_use = take.meta["calibration"]
+    value = None if in_use is None else take.calibration().to_json()
+    return CalibrationsOfTake(take.calibration_numbers(), in_use, value)
 
 
 def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
@@ -142,10 +165,14 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
     @router.get("/takes/{session}/{take}/calibrations")
     def get_calibrations(session: str, take: str) -> CalibrationsOfTake:
         """Numbers of the take's calibrations, and the one in use."""
+        return _calibrations(finder.take(session, take))
+
+    @router.put("/takes/{session}/{take}/calibrations/in_use")
+    def put_in_use(session: str, take: str, request: UseRequest) -> CalibrationsOfTake:
+        """Have an earlier calibration in use again; solves that exist stay as they are."""
         opened = finder.take(session, take)
-        in_use = opened.meta["calibration"]
-        value = None if in_use is None else opened.calibration().to_json()
-        return CalibrationsOfTake(opened.calibration_numbers(), in_use, value)
+        use_calibration(opened, request.number)
+        return _calibrations(opened)
 
     @router.post("/takes/{session}/{take}/calibrations", status_code=202)
     def calibrate(
@@ -159,6 +186,7 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
                 "calibrate", f"{session}/{take}", "", "studio.library:calibrate", opened,
                 reference=request.reference, height_m=request.height_m,
                 lenses=known_lenses(request.lenses), same_lens=request.same_lens,
+                readouts_ms=request.readouts_ms, board=request.board,
             )  # fmt: skip
             return jobs.get(job.id)
         other_session, _, other = request.borrow.partition("/")

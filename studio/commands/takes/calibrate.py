@@ -79,6 +79,12 @@ def add_parser(subparsers: Any) -> None:
         type=Path,
         help="use another take's calibration of the same cameras; the take keeps its own clocks",
     )
+    parser.add_argument(
+        "--use",
+        metavar="NUMBER",
+        type=int,
+        help="have this stored calibration in use again, and make no new one",
+    )
     add_json(parser)
 
 
@@ -88,9 +94,14 @@ def run(args: argparse.Namespace) -> int:
     from studio.offline.board import calibrated_by_board
     from studio.offline.tracking import calibrate_take, keep_calibration
     from studio.take.folder.take import Take
-    from studio.take.library.borrow import borrow_calibration
+    from studio.take.library.borrow import borrow_calibration, use_calibration
 
     take = Take.open(args.take)
+    if args.use is not None:
+        use_calibration(take, args.use)
+        write_result(args, take.calibration().to_json())
+        print(f"calibration {args.use} is in use: {take.calibration_path(args.use)}")
+        return 0
     if args.borrow is not None:
         number = borrow_calibration(take, Take.open(args.borrow))
         write_result(args, take.calibration().to_json())

@@ -23,6 +23,7 @@ DICTIONARIES = (
     *(f"{bits}x{bits}_{count}" for bits in (4, 5, 6, 7) for count in (50, 100, 250, 1000)),
     "original",
 )
+_ORIGINAL_MARKERS = 1024
 _SIZES_MM = (5.0, 5000.0)
 _SQUARES = (3, 50)
 _LEAST_CORNERS = 6
@@ -70,6 +71,7 @@ class Board:
                     or marker_m >= square_m
                 ):
                     raise ValueError(text)
+                _check_markers(columns, rows, dictionary)
                 return cls(kind, square_m, dictionary, columns, rows, marker_m)
         except ValueError:
             pass
@@ -104,7 +106,7 @@ class BoardFinder:
     """
 
     def __init__(self, board: Board) -> None:
-        self._board, self._cv2 = board, _opencv()
+        self._board, self._cv2 = board, opencv()
         self.markers = 0
 
     def find(self, grey: NDArray[np.uint8]) -> list[SeenBoard]:
@@ -134,7 +136,7 @@ class BoardFinder:
         aruco, what, found = self._cv2.aruco, self._board, []
         for old in (False, True):
             board = aruco.CharucoBoard(
-                (what.columns, what.rows), what.size_m, what.marker_m, self._dictionary(what.dictionary)
+                (what.columns, what.rows), what.size_m, what.marker_m, marker_dictionary(what.dictionary)
             )
             board.setLegacyPattern(old)
             found.append(aruco.CharucoDetector(board))
@@ -147,15 +149,7 @@ class BoardFinder:
     def _detector(self, dictionary: str) -> Any:
         parameters = self._cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = self._cv2.aruco.CORNER_REFINE_SUBPIX
-        return self._cv2.aruco.ArucoDetector(self._dictionary(dictionary), parameters)
-
-    def _dictionary(self, name: str) -> Any:
-        aruco = self._cv2.aruco
-        if name in FAMILIES:
-            key = f"DICT_APRILTAG_{name}"
-        else:
-            key = "DICT_ARUCO_ORIGINAL" if name == "original" else f"DICT_{name.upper()}"
-        return aruco.getPredefinedDictionary(getattr(aruco, key))
+        return self._cv2.aruco.ArucoDetector(marker_dictionary(dictionary), parameters)
 
     def _seen(self, ids: NDArray[np.int64], pixels: NDArray[np.float64]) -> SeenBoard:
         what, order = self._board, np.argsort(ids)
@@ -184,18 +178,58 @@ def _length_m(text: str) -> float:
     return size_mm * 1e-3
 
 
+def _check_markers(columns: int, rows: int, dictionary: str) -> None:
+    """Raise a SettingsError if a dictionary has too few markers for a board."""
+    needed, count = columns * rows // 2, int(dictionary.partition("_")[2] or _ORIGINAL_MARKERS)
+    if needed > count:
+        raise SettingsError(
+            "board.few_markers",
+            "a board of {columns} x {rows} squares needs {needed} markers, and {dictionary} has {count}: use a "
+            "larger dictionary, or fewer squares",
+            columns=columns,
+            rows=rows,
+            needed=needed,
+            dictionary=dictionary,
+            count=count,
+        )
+
+
 def _known(name: str, allowed: tuple[str, ...]) -> str:
     if name not in allowed:
         raise ValueError(name)
     return name
 
 
-def _opencv() -> Any:
+def marker_dictionary(name: str) -> Any:
+    """Return OpenCV's markers of a dictionary or family.
+
+    Raises:
+        NotAvailableError: OpenCV is not installed.
+    """
+    aruco = opencv().aruco
+    if name in FAMILIES:
+        key = f"DICT_APRILTAG_{name}"
+    else:
+        key = "DICT_ARUCO_ORIGINAL" if name == "original" else f"DICT_{name.upper()}"
+    return aruco.getPredefinedDictionary(getattr(aruco, key))
+
+
+def opencv() -> Any:
+    """Return the module of OpenCV.
+
+    Raises:
+        NotAvailableError: it is not installed.
+    """
     try:
         import cv2
     except ImportError as error:
-        raise NotAvailableError(
-            "board.no_opencv",
-            'boards are found by OpenCV, which is not installed: pip install "capture-studio[board]"',
-        ) from error
+        raise no_opencv() from error
     return cv2
+
+
+def no_opencv() -> NotAvailableError:
+    """Return the error of a machine without OpenCV."""
+    return NotAvailableError(
+        "board.no_opencv",
+        'boards are found by OpenCV, which is not installed: pip install "capture-studio[board]"',
+    )

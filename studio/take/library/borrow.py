@@ -1,10 +1,37 @@
-"""Use of another take's calibration, for a take that was recorded with a wrong one."""
+"""Use of another calibration: an earlier one of the take, or that of another take with the same cameras."""
 
 from dataclasses import replace
 
 from studio.engine.base.errors import CalibrationError
 from studio.engine.model.calibration import Calibration
-from studio.take.folder.take import Take
+from studio.take.folder.take import Take, read_calibration
+
+
+def use_calibration(take: Take, number: int) -> None:
+    """Have a stored calibration of a take in use.
+
+    Raises:
+        CalibrationError: there is none with this number, it cannot be read, or it was refused.
+    """
+    if number not in take.calibration_numbers():
+        raise CalibrationError(
+            "take.no_such_calibration",
+            "take {take} has no calibration {number}; it has: {numbers}",
+            take=take.path,
+            number=number,
+            numbers=[str(one) for one in take.calibration_numbers()] or ["none"],
+        )
+    found = read_calibration(take.calibration_path(number))
+    if found.refused:
+        raise CalibrationError(
+            "take.calibration_was_refused",
+            "calibration {number} of {take} was refused: {reasons}. Use another, or calibrate anew",
+            number=number,
+            take=take.path,
+            reasons=found.reasons(),
+        )
+    take.meta["calibration"] = number
+    take.save_meta()
 
 
 def borrow_calibration(take: Take, other: Take) -> int:

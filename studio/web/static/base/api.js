@@ -184,8 +184,13 @@ export const redoEdits = (take, revision) => call("POST", `${editsPath(take)}/re
 /** Begin to splice parts of takes into a new take, or to loop them (a job). */
 export const spliceTakes = (splice) => call("POST", "splices", splice);
 
-/** Begin to calibrate a take from its own frames (a job), or take the calibration of another take, by its id. */
-export const calibrateTake = (take, borrow) => call("POST", `${takePath(take)}/calibrations`, borrow ? { borrow } : {});
+/** Begin to calibrate a take from its own frames with what is known (a job), or take that of another take: `{borrow}`, its id. */
+export const calibrateTake = (take, known) => call("POST", `${takePath(take)}/calibrations`, known);
+export const getCalibrations = (take) => call("GET", `${takePath(take)}/calibrations`);
+export const useCalibration = (take, number) => call("PUT", `${takePath(take)}/calibrations/in_use`, { number });
+
+/** Dictionaries and families of boards, and why none can be found here. */
+export const getBoards = () => call("GET", "boards");
 
 /** Make a replay of a solve to give away; `part`: `{start_s, end_s}`, what is left out is all of it. */
 export const shareSolve = (take, solve, part) => call("POST", `${takePath(take)}/solves/${encodeURIComponent(solve)}/share`, part);

@@ -1,4 +1,4 @@
-// Small questions in a dialog: whether one is sure, a name, one of several.
+// Small questions in a dialog: whether one is sure, or a name.
 import { h } from "./dom.js";
 import { t } from "./strings.js";
 
@@ -25,10 +25,4 @@ export const askSure = (title, words, act) => ask(title, h("p", {}, words), act,
 export function askName(title, label, value, act) {
   const input = h("input", { type: "text", value, maxLength: 60, required: true, autocomplete: "off", spellcheck: false });
   return ask(title, h("label", { class: "field" }, h("span", {}, label), input), act, false, () => input.value.trim() || null);
-}
-
-/** Ask which of `[[value, text], ...]`, with words of why; return the value, or null. */
-export function askChoice(title, words, label, options, act) {
-  const select = h("select", {}, options.map(([value, text]) => h("option", { value }, text)));
-  return ask(title, [h("p", { class: "muted" }, words), h("label", { class: "field" }, h("span", {}, label), select)], act, false, () => select.value);
 }

@@ -5,12 +5,15 @@ import { t } from "../base/strings.js";
 const LANDMARKS = "mediapipe"; // the joints of cameras that see no depth
 const KINDS = ["unknown", "field", "focal", "file"];
 const USUAL = { field: { value: "65", off: "2" }, focal: { value: "", off: "" } };
-const TALL = ["performer-tall", "wizard-tall"]; // two fields of one height
+const TALL = ["performer-tall", "wizard-tall", "take-tall"]; // fields of one height
 const known = { height: "", same: false, lenses: new Map() }; // camera -> {kind, value, off, file, text}
+
+/** Whether a joint set is that of cameras that see no depth. */
+export const seesNoDepth = (jointSet) => jointSet === LANDMARKS;
 
 /** Names of the connected cameras that see no depth. */
 export const withoutDepth = (cameras) => Object.entries(cameras)
-  .filter(([, camera]) => camera.connected && camera.joint_set === LANDMARKS).map(([name]) => name).sort();
+  .filter(([, camera]) => camera.connected && seesNoDepth(camera.joint_set)).map(([name]) => name).sort();
 
 const lensOf = (name) => known.lenses.get(name) ?? { kind: "unknown" };
 
@@ -27,9 +30,9 @@ export function tallField(id) {
   }));
 }
 
-/** What is given to a calibration of these cameras, as its request has it. */
-export function knownNow(cameras) {
-  const flat = withoutDepth(cameras), lenses = {};
+/** What is given to a calibration of these cameras without depth, as its request has it. */
+export function knownNow(flat) {
+  const lenses = {};
   for (const name of flat) {
     const { kind, value, off, file, text } = lensOf(name);
     if (kind === "file" && file) lenses[name] = { file, text };
@@ -44,7 +47,7 @@ export function knownNow(cameras) {
 }
 
 /** What the fields are drawn anew for. */
-export const knownShown = (cameras) => withoutDepth(cameras).map((name) => [name, lensOf(name).kind, lensOf(name).file]);
+export const knownShown = (flat) => flat.map((name) => [name, lensOf(name).kind, lensOf(name).file]);
 
 function numberField(name, what, unit) {
   return h("input", {
@@ -82,11 +85,10 @@ function lensRow(name, changed) {
   return h("li", { class: "lens" }, h("strong", {}, name), choose, fields);
 }
 
-/** Fields of what is known of these cameras, none where all see depth; `changed()` hears that other fields are needed. */
-export function knownFields(cameras, changed) {
-  const flat = withoutDepth(cameras);
+/** Fields of what is known of these cameras without depth; `place` begins their ids, `changed()` hears that other fields are needed. */
+export function knownFields(flat, place, changed) {
   if (!flat.length) return [];
-  const same = h("input", { id: "wizard-same", type: "checkbox", checked: known.same, onchange: (event) => { known.same = event.currentTarget.checked; } });
-  return [h("p", {}, t("lens.words")), tallField("wizard-tall"), h("ul", {}, flat.map((name) => lensRow(name, changed))),
+  const same = h("input", { id: `${place}-same`, type: "checkbox", checked: known.same, onchange: (event) => { known.same = event.currentTarget.checked; } });
+  return [h("p", {}, t("lens.words")), tallField(`${place}-tall`), h("ul", {}, flat.map((name) => lensRow(name, changed))),
     flat.length > 1 && h("label", { class: "lens-same", title: t("lens.same_hint") }, same, t("lens.same"))].filter(Boolean);
 }

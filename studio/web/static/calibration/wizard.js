@@ -5,7 +5,7 @@ import { coverageMap, coverageShare } from "./coverage.js";
 import { toneOf } from "../base/fresh.js";
 import { GATHERING, POSING, STEPS, sayingOf, soundsOf, stepOf, verdictOf } from "./guide.js";
 import { attempt } from "../base/messages.js";
-import { knownFields, knownNow, knownShown } from "./known.js";
+import { knownFields, knownNow, knownShown, withoutDepth } from "./known.js";
 import { showPhone } from "./phone.js";
 import { isMuted, play, setMuted } from "../base/sound.js";
 import { number, t } from "../base/strings.js";
@@ -22,7 +22,7 @@ function button(id, text, onclick, { primary = false, disabled = false, key = ""
   return h("button", { id, type: "button", class: primary ? "primary" : "", disabled, onclick }, text, key && h("kbd", {}, key));
 }
 
-const startWalk = () => attempt(() => startCalibration(knownNow(state.status.cameras)));
+const startWalk = () => attempt(() => startCalibration(knownNow(withoutDepth(state.status.cameras))));
 const startPose = () => attempt(() => startTPose(state.name()));
 
 function go(step) {
@@ -111,7 +111,7 @@ function frame() {
       button("wizard-phone", t("wizard.phone"), showPhone), button("wizard-leave", t("message.close"), close, { key: "Esc" }))),
     h("div", { class: "wizard-main" },
       h("div", { class: "wizard-saying", role: "status" }, h("p", { id: "wizard-number" }), h("h2", { id: "wizard-big" }), h("p", { id: "wizard-small" })),
-      h("ul", { id: "wizard-cards" }), h("div", { id: "wizard-known" })),
+      h("ul", { id: "wizard-cards" }), h("div", { id: "wizard-known", class: "known" })),
     h("footer", { id: "wizard-actions" }),
   ];
 }
@@ -137,8 +137,8 @@ function show() {
   const { attempt: walk, tpose, state: calibrated, reference } = state.status.calibration;
   redraw(byId("wizard-cards"), [state.step, state.step === "walk" ? [walk.coverage, walk.estimates] : walk.cameras, saying.reasons, reference, state.colours,
     state.step === "cameras" && Object.entries(state.status.cameras).map(([name, { state: now, fps }]) => [name, now, Math.round(fps)])], () => cards(saying));
-  const asks = state.step === "cameras" || (state.step === "verdict" && state.status.calibration.attempt.state === "failed") ? state.status.cameras : {};
-  redraw(byId("wizard-known"), knownShown(asks), () => knownFields(asks, show));
+  const asks = state.step === "cameras" || (state.step === "verdict" && state.status.calibration.attempt.state === "failed") ? withoutDepth(state.status.cameras) : [];
+  redraw(byId("wizard-known"), knownShown(asks), () => knownFields(asks, "wizard", show));
   const ready = Object.values(state.status.cameras).some((camera) => camera.connected);
   redraw(byId("wizard-actions"), [state.step, walk.state, tpose.state, calibrated, ready, state.step === "walk" && enough()], actions);
   count(saying);

@@ -1,17 +1,15 @@
 // The list of takes: rows of what was found, built as they come into sight; every change of a take can be taken back.
 import { byId, h, redraw, setText } from "../base/dom.js";
-import { calibrateTake, changeTake, findTakes, restoreTake, solveTake, throwSolve, throwTake, throwVideo } from "../base/api.js";
-import { askChoice } from "../base/ask.js";
+import { calibrateTake, changeTake, getCalibrations, restoreTake, solveTake, throwSolve, throwTake, throwVideo, useCalibration } from "../base/api.js";
 import { ended } from "../base/jobs.js";
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
 import { replayed } from "../replay/replay.js";
 import { language, t } from "../base/strings.js";
+import { askCalibration, calibrationWords } from "./calibrate.js";
 import { foundTakes, loadMore, setSearch, takeOf } from "./found.js";
 import { startSearch } from "./search.js";
 import { isSelected, refreshSelection, select, selectAll, showSelection, startSelection } from "./selection.js";
 import { bestSolve, freeName, openTake, takeRow } from "./take_row.js";
-
-const ALIKE = 100; // takes of which one may be borrowed from, the newest first
 
 const AGAIN_MS = 1000; // while the server reads takes, the list is asked for again after so long
 
@@ -23,6 +21,7 @@ const texts = new WeakMap(); // a take as text
 const alter = (action) => attempt(async () => { await action(); await list.changed(); });
 
 const RESTORE = undoing("trash", (id) => alter(() => restoreTake(id)));
+const CALIBRATION = undoing("calibration", (take, number) => alter(() => useCalibration(take, number)));
 const CHANGE = undoing("slate", (take, before) => alter(() => changeTake(take, before)));
 
 function throwAway(take) {
@@ -65,17 +64,17 @@ function solve(take) {
   });
 }
 
-/** Calibrate a take that has no calibration: from its own frames, or as another take of the same cameras. */
+/** Calibrate a take, and say what was found; the calibration that was in use before can be put back. */
 async function calibrate(take) {
-  const cameras = take.cameras.map((name) => `camera:"${name}"`).join(" ");
-  const { takes: alike = [] } = await attempt(() => findTakes({ search: `is:calibrated ${cameras}`, limit: ALIKE, offset: 0 })) ?? {};
-  const ways = [["", t("take.calibrate_own")], ...alike.map((one) => [one.id, t("take.calibrate_as", { name: one.id })])];
-  const from = await askChoice(t("take.calibrate_label", { name: take.name }), t("take.calibrate_words"), t("take.calibrate_from"), ways, t("calibration.start"));
-  if (from === null) return;
+  const known = await attempt(() => askCalibration(take));
+  if (!known) return;
   await alter(async () => {
-    const begun = await calibrateTake(take, from);
-    if (from === "") await ended(begun);
-    showNote(t("take.calibrated", { name: take.name }));
+    const before = take.calibrated ? (await getCalibrations(take)).in_use : null;
+    const begun = await calibrateTake(take, known);
+    if (!known.borrow) await ended(begun);
+    const words = calibrationWords(take, await getCalibrations(take));
+    if (before === null) showNote(words);
+    else showUndo(words, CALIBRATION, { session: take.session, name: take.name }, before);
   });
 }
 

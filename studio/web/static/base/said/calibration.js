@@ -99,6 +99,7 @@ export default {
   "views.clock_jumped": "son horloge a sauté de {ms} ms vers {s} s de la prise : n'utilisez que la partie d'avant ou d'après",
   "calibration.readout": "readout_ms vaut de 0 à {most}, en millisecondes",
   "board.no_opencv": "les mires sont trouvées par OpenCV, qui n'est pas installé : pip install \"capture-studio[board]\"",
+  "board.few_markers": "une mire de {columns} x {rows} cases demande {needed} marqueurs, et {dictionary} en a {count} : prenez un plus grand dictionnaire, ou moins de cases",
   "board.depth": "les caméras de profondeur connaissent la taille du plateau : calibrez sans --board",
   "board.no_videos": "une mire est cherchée dans les vidéos d'au moins deux caméras, et {take} en garde {n} : enregistrez avec vidéos, ou importez les vidéos",
   "board.not_found": "aucune mire n'a été vue dans les vidéos : montrez-la à deux caméras, plus grande, plate et éclairée",

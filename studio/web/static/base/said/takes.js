@@ -34,6 +34,8 @@ export default {
   "take.no_performer": "le calcul « {solve} » de {take} n'a pas d'interprète « {name} » ; il a : {others}",
   "take.no_solve": "la prise {take} n'a pas de calcul « {name} » ; elle a : {others}",
   "take.not_calibrated": "la prise {take} n'est pas calibrée ; calibrez-la d'abord",
+  "take.no_such_calibration": "la prise {take} n'a pas de calibration {number} ; elle a : {numbers}",
+  "take.calibration_was_refused": "la calibration {number} de {take} a été refusée : {reasons}. Prenez-en une autre, ou calibrez à nouveau",
   "take.calibration_refused": "la prise {take} n'est pas calibrée : la calibration {number} a été refusée ; enregistrez un parcours qui convienne",
   "take.nobody_seen": "aucune caméra ne montre l'interprète dans cette prise ; vérifiez les caméras et le réglage Caméras",
   "take.other_device": "{name} est un autre appareil dans {take} (numéro de série {its}, ici {mine}) ; prenez une prise aux mêmes caméras",

@@ -1,0 +1,44 @@
+// How a take on disk is calibrated: from its own frames with what is known of its cameras, or as another take.
+import { h } from "../base/dom.js";
+import { findTakes, getBoards, getTakeDetail } from "../base/api.js";
+import { ask } from "../base/ask.js";
+import { said } from "../base/said.js";
+import { number, t } from "../base/strings.js";
+import { boardFields, boardNow } from "../calibration/board.js";
+import { knownFields, knownNow, seesNoDepth } from "../calibration/known.js";
+
+const ALIKE = 100; // takes of which one may be borrowed from, the newest first
+
+/** Takes that are calibrated and have the same cameras, the newest first. */
+async function alikeTakes(take) {
+  const cameras = take.cameras.map((name) => `camera:"${name}"`).join(" ");
+  const { takes } = await findTakes({ search: `is:calibrated ${cameras}`, limit: ALIKE, offset: 0 });
+  return takes.filter(({ id }) => id !== take.id);
+}
+
+const noBoard = (take, flat) => (flat.length < take.cameras.length ? t("board.depth") : take.video_bytes > 0 ? "" : t("board.no_videos"));
+
+/** Ask how a take is calibrated; return what is asked of the server, or null. */
+export async function askCalibration(take) {
+  const [alike, { meta }, boards] = await Promise.all([alikeTakes(take), getTakeDetail(take), getBoards()]);
+  const flat = meta.cameras.filter((one) => seesNoDepth(one.joint_set)).map(({ name }) => name).sort();
+  const known = h("div", { class: "known" });
+  const show = () => known.replaceChildren(...(from.value || !flat.length ? [] : [...knownFields(flat, "take", show), boardFields(boards, noBoard(take, flat), show)]));
+  const from = h("select", { id: "calibrate-from", onchange: show },
+    [["", t("take.calibrate_own")], ...alike.map(({ id }) => [id, t("take.calibrate_as", { name: id })])].map(([value, text]) => h("option", { value }, text)));
+  show();
+  const answer = () => (from.value ? { borrow: from.value } : { ...knownNow(flat), ...(flat.length && boardNow() && { board: boardNow() }) });
+  const words = h("p", { class: "muted" }, t(take.calibrated ? "take.calibrate_again_words" : "take.calibrate_words"));
+  const content = [words, h("label", { class: "field" }, h("span", {}, t("take.calibrate_from")), from), known];
+  return ask(t("take.calibrate_label", { name: take.name }), content, t("calibration.start"), false, answer);
+}
+
+/** What a calibration found, in words: each camera's verdict with its reasons, and the performer's height. */
+export function calibrationWords(take, { calibration }) {
+  const cameras = Object.entries(calibration.cameras).sort().map(([name, { reasons, verdict }]) => {
+    const why = reasons.map(said).join("; ");
+    return `${name} ${t(`calibration.verdict.${verdict}`)}${why ? ` (${why})` : ""}`;
+  });
+  const tall = calibration.performer?.height_m;
+  return [t("take.calibrated_as", { name: take.name, cameras: cameras.join(", ") }), tall && t("take.calibrated_tall", { m: number(tall, 2) })].filter(Boolean).join(" ");
+}
