@@ -1,15 +1,18 @@
 """Routes of exports in the background: one solve or several, one file each, all in a ZIP, or together in one FBX;
-a camera's recorded depth.
+a robot's motion, a prop, a camera's recorded depth.
 """
 
 import itertools
 import shutil
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse
+from msgspec import Struct
 from pydantic import BaseModel, Field
 
 from studio.api.errors import RESPONSES, NotFoundError
@@ -18,13 +21,17 @@ from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.api.takes.rigs import find_rig
-from studio.api.takes.takes import ExportRequest
+from studio.api.takes.takes import ExportRequest, Format
+from studio.engine.animation.clip.options import ExportOptions
 from studio.engine.animation.export import EXPORTERS, one_performer_format
 from studio.engine.base.errors import SettingsError
-from studio.take.folder.names import inside
+from studio.engine.robots.files import FOLDER as ROBOTS
+from studio.engine.robots.files import find_robot, kept_robots
+from studio.take.folder.names import inside, safe_name
 from studio.take.library.exports.depth_export import choose_camera
 from studio.take.library.exports.solve_export import SolveExport, check_scene
 from studio.take.library.sessions import take_info
+from studio.take.rigid_bodies.used import no_such_body, stage_bodies
 
 FOLDER = ".exports"
 MAX_ITEMS = 200
@@ -61,6 +68,53 @@ class DepthRequest(Request):
     camera: str | None = Field(
         None, max_length=100, description="may be left out where one camera alone has depth"
     )
+
+
+class _PartRequest(Request):
+    """A solve of a take, its part, and the rate."""
+
+    take: str = Field(description="the take's id, session/name", examples=["monday/take_001"])
+    solve: str = Field(examples=["studio"])
+    fps: float | None = Field(default=None, gt=0, le=1000, description="frame rate [Hz]")
+    start_s: float | None = Field(default=None, ge=0, description="begin so far into the solve [s]")
+    end_s: float | None = Field(default=None, gt=0, description="end so far into the solve [s]")
+    smooth_hz: float | None = Field(default=None, gt=0, description="cutoff of a zero-phase low-pass [Hz]")
+
+    def options(self) -> ExportOptions:
+        """Return the options of an export."""
+        return ExportOptions(fps=self.fps, start_s=self.start_s, end_s=self.end_s, smooth_hz=self.smooth_hz)
+
+
+class RobotExportRequest(_PartRequest):
+    """A kept robot, and how it follows the performers."""
+
+    robot: str = Field(max_length=100, description="name of a kept robot", examples=["g1"])
+    format: Literal["csv", "npz"] = "csv"
+    performer: str | None = Field(default=None, description="of a take of several only this one; else each")
+    balance: bool = Field(default=False, description="keep its centre of mass over its feet while they stand")
+    keep_pose: bool = Field(
+        default=False, description="do not give way in pose where torques are beyond their limits"
+    )
+
+
+class PropExportRequest(_PartRequest):
+    """A rigid body of the take, as a skeleton of its own."""
+
+    prop: str = Field(max_length=200, description="the body's name", examples=["sword"])
+    format: Format
+    interpolation: Literal["cubic", "linear", "constant"] = "cubic"
+    rotation_order: Literal["ZXY", "ZYX", "YZX", "XZY", "YXZ", "XYZ"] = "ZXY"
+    unit: Literal["mm", "cm", "m", "in"] = "cm"
+    key_error_cm: float | None = Field(
+        default=None, gt=0, le=100, description="leave out keys within this bound [cm]"
+    )
+
+
+class OtherExports(Struct):
+    """What else a take's solves are exported as: kept robots that follow them, and rigid bodies of the take."""
+
+    robots: list[str]
+    props: list[str]
 
 
 class Exports:
@@ -119,6 +173,48 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
     def formats() -> list[ExportFormat]:
         """The formats of exports, with the reason why one cannot be written on the server's machine."""
         return [ExportFormat(format=name, missing=one.missing) for name, one in EXPORTERS.items()]
+
+    @router.get("/others")
+    def others(take: str = Query(description="the take's id, session/name")) -> OtherExports:
+        """Robots and rigid bodies that exports of a take's solves may be of."""
+        return OtherExports(kept_robots(sessions / ROBOTS), sorted(stage_bodies(finder.by_id(take)).tracks))
+
+    @router.post("/robot", status_code=202)
+    def make_robot(request: RobotExportRequest) -> JobStatus:
+        """Write the motion of a kept robot that follows a solve; answers the job. Several performers make a ZIP."""
+        take = finder.by_id(request.take)
+        finder.solve(take, request.solve)
+        find_robot(sessions / ROBOTS, request.robot)
+        several = request.performer is None and len(take.performer_names(request.solve)) > 1
+        kind = "zip" if several else request.format
+        out = inside(take.path / "exports", f"{take.path.name}_{request.solve}_{request.robot}.{kind}")
+        job = jobs.submit(
+            "export", request.take, out.name, "studio.take.library.exports.robot_export:export_robot",
+            take, request.solve, sessions / ROBOTS, request.robot, out, request.format, request.options(),
+            balance=request.balance, give_way=not request.keep_pose, performer=request.performer, archive=True,
+        )  # fmt: skip
+        exports.keep(job.id, out)
+        return jobs.get(job.id)
+
+    @router.post("/prop", status_code=202)
+    def make_prop(request: PropExportRequest) -> JobStatus:
+        """Write a rigid body of a take as a skeleton of its own, on the instants of a solve; answers the job."""
+        take = finder.by_id(request.take)
+        finder.solve(take, request.solve)
+        if request.prop not in stage_bodies(take).tracks:
+            raise no_such_body(take, request.prop)
+        name = safe_name(request.prop, "prop")
+        out = inside(take.path / "exports", f"{take.path.name}_{request.solve}_{name}.{request.format}")
+        options = replace(
+            request.options(), interpolation=request.interpolation, rotation_order=request.rotation_order,
+            unit=request.unit, key_error_cm=request.key_error_cm,
+        )  # fmt: skip
+        job = jobs.submit(
+            "export", request.take, out.name, "studio.take.library.exports.prop_export:export_prop",
+            take, request.solve, request.prop, out, request.format, options,
+        )  # fmt: skip
+        exports.keep(job.id, out)
+        return jobs.get(job.id)
 
     @router.post("", status_code=202)
     def make(request: ExportsRequest) -> JobStatus:

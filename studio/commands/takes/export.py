@@ -200,17 +200,16 @@ _OF_PROPS = frozenset(
 
 def _export_props(args: argparse.Namespace, take: "Take") -> int:
     """Write each prop to a file of its own."""
-    from studio.engine.animation.export import export_takes
     from studio.library import choose_solve
-    from studio.take.library.exports.prop_export import props_to_export
+    from studio.take.library.exports.prop_export import export_prop
     from studio.take.library.exports.solve_export import named_file
 
     _refuse_options(args, _OF_PROPS, "a prop")
     solve = choose_solve(take.solve_names(), args.solve, str(take.path))
-    for one in props_to_export(take, solve, args.prop, _options(args, take), args.format):
-        out = args.out if len(args.prop) == 1 else named_file(args.out, one.name)
-        export_takes([(one.poses, one.options)], out, args.format)
-        print(f"{out}: prop {one.name}, {one.poses.frame_count} frames, {out.stat().st_size / 1e6:.1f} MB")
+    for name in args.prop:
+        out = args.out if len(args.prop) == 1 else named_file(args.out, name)
+        count = export_prop(take, solve, name, out, args.format, _options(args, take))
+        print(f"{out}: prop {name}, {count} frames, {out.stat().st_size / 1e6:.1f} MB")
     return 0
 
 
@@ -219,54 +218,34 @@ _OF_ROBOTS = frozenset({"solve", "performer", "fps", "start", "end", "smooth_hz"
 
 
 def _export_robot(args: argparse.Namespace) -> int:
-    import numpy as np
-
     from studio.engine.animation.export import ExportOptions
     from studio.engine.base.errors import SettingsError
-    from studio.engine.robots.files import FOLDER, load_robot
-    from studio.engine.robots.motion import FORMATS, moved_robot, write_motion
-    from studio.engine.robots.moving.gave_way import gave_way_text
-    from studio.engine.robots.moving.solver import Retargeting
-    from studio.engine.robots.strain import strain_of, strain_text
+    from studio.engine.robots.files import FOLDER
+    from studio.engine.robots.motion import check_format
     from studio.library import choose_solve
-    from studio.take.folder.solved import solved_performers
     from studio.take.folder.take import Take
-    from studio.take.library.exports.solve_export import named_file
+    from studio.take.library.exports.robot_export import export_robot
 
     if args.robot is None:
         raise SettingsError(
             "export.balance_without_robot", "--balance and --keep-pose go with --robot; name the robot too"
         )
-    if args.format not in FORMATS:
-        raise SettingsError(
-            "export.robot_format",
-            "format={format}: a robot's motion is {allowed}",
-            format=args.format,
-            allowed=[*FORMATS],
-        )
+    check_format(args.format)
     _refuse_options(args, _OF_ROBOTS, "a robot's motion")
-    robot = load_robot(args.sessions / FOLDER, args.robot)
     take = Take.open(args.take)
     solve = choose_solve(take.solve_names(), args.solve, str(take.path))
     options = ExportOptions(fps=args.fps, start_s=args.start, end_s=args.end, smooth_hz=args.smooth_hz)
-    for one in solved_performers(take, solve, args.performer):
-        out = args.out if args.performer is not None else named_file(args.out, one.name)
-        with progress_bar("Retargeting") as progress:
-            motion, _ = moved_robot(
-                robot,
-                one.poses,
-                options,
-                Retargeting(balance=args.balance, give_way=not args.keep_pose),
-                progress=progress or (lambda share: None),
-            )
-        write_motion(motion, out, args.format)
+    with progress_bar("Retargeting") as progress:
+        made = export_robot(
+            take, solve, args.sessions / FOLDER, args.robot, args.out, args.format, options,
+            balance=args.balance, give_way=not args.keep_pose, performer=args.performer, progress=progress,
+        )  # fmt: skip
+    for one in made:
         print(
-            f"{out}: solve {solve}, robot {robot.name}, {len(motion.time_s)} frames, {motion.frames_per_second:g} Hz"
+            f"{one.path}: solve {solve}, robot {args.robot}, {one.frame_count} frames, {one.frames_per_second:g} Hz",
+            *one.told,
+            sep="\n",
         )
-        if np.isfinite(robot.torque_nm).any():
-            begins_s = motion.time_s[0] if one.poses.begins_s is None else one.poses.begins_s
-            print(strain_text(strain_of(robot, motion, begins_s)))
-            print(gave_way_text(motion.gave_way, motion.time_s[0] - begins_s))
     return 0
 
 

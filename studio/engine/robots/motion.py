@@ -173,12 +173,11 @@ def moved_robot(
     return RobotMotion(robot.name, robot.joint_names, chosen.time_s, q, told), targets
 
 
-def write_motion(motion: RobotMotion, path: str | os.PathLike[str], format: str) -> None:
-    """Write a robot's motion in a format.
+def check_format(format: str) -> None:
+    """Refuse a format that robots' motions do not have.
 
     Raises:
-        SettingsError: an unknown format.
-        StudioError: the file cannot be written.
+        SettingsError: so it is.
     """
     if format not in FORMATS:
         raise SettingsError(
@@ -187,4 +186,14 @@ def write_motion(motion: RobotMotion, path: str | os.PathLike[str], format: str)
             format=format,
             allowed=[*FORMATS],
         )
+
+
+def write_motion(motion: RobotMotion, path: str | os.PathLike[str], format: str) -> None:
+    """Write a robot's motion in a format.
+
+    Raises:
+        SettingsError: an unknown format.
+        StudioError: the file cannot be written.
+    """
+    check_format(format)
     FORMATS[format](motion, path)

@@ -1,10 +1,11 @@
 """Props of a take, ready for the exporters: each a skeleton of its own on the instants of a solve."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from studio.engine.animation.clip.options import ExportOptions
-from studio.engine.animation.export import exporter_of
+from studio.engine.animation.export import export_takes, exporter_of
 from studio.take.folder.names import safe_name
 from studio.take.folder.solved import solved_performers
 from studio.take.folder.take import Take
@@ -43,3 +44,25 @@ def props_to_export(
         mine = replace(options, mesh=bare, target="humanik", root_motion="hips", foot_lock=False, loop=False)
         found.append(ToExport(safe_name(name, "prop"), poses, mine))
     return found
+
+
+def export_prop(
+    take: Take,
+    solve: str,
+    name: str,
+    out: Path,
+    format: str,
+    options: ExportOptions,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> int:
+    """Write a rigid body of a take as a skeleton of its own; return the number of frames.
+
+    Args and errors as of `props_to_export`; `progress` receives the share done.
+
+    Raises:
+        StudioError: the file cannot be written.
+    """
+    (one,) = props_to_export(take, solve, [name], options, format)
+    export_takes([(one.poses, one.options)], out, format, progress=progress)
+    return one.poses.frame_count

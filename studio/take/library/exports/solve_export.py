@@ -92,9 +92,14 @@ def export_solves(
             _export([(performer.poses, performer.options)], file, format, rig, part)
             made.append((file, f"{one.name.rpartition('/')[0]}/{file.name}"))
     if made != [(out, made[0][1])]:
-        with write_atomically(out) as target, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-            for file, name in made:
-                archive.write(file, name)
+        archive_of(made, out)
+
+
+def archive_of(files: Sequence[tuple[Path, str]], out: Path) -> None:
+    """Write files, each with its name in there, to an archive at `out`, atomically."""
+    with write_atomically(out) as target, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file, name in files:
+            archive.write(file, name)
 
 
 def to_export(

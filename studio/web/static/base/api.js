@@ -239,6 +239,11 @@ export const makeExport = (wanted) => call("POST", "exports", wanted);
 /** Begin to write a camera's depth of a take as it was recorded; returns the job. */
 export const makeDepthExport = (take, camera) => call("POST", "exports/depth", { take, camera });
 
+/** Robots and props that exports of a take may be of; begin to write one; returns the job. */
+export const getOtherExports = (take) => call("GET", `exports/others?${new URLSearchParams({ take })}`);
+export const makeRobotExport = (wanted) => call("POST", "exports/robot", wanted);
+export const makePropExport = (wanted) => call("POST", "exports/prop", wanted);
+
 /** Where the file of an export that is done lies. */
 export const exportAddress = (jobId) => new URL(`exports/${jobId}`, ROOT).href;
 

@@ -1,8 +1,9 @@
 // The export dialog: what it is for, format and options, a rig, one take or several; made in the background, then downloaded.
-import { byId, h } from "../base/dom.js";
+import { byId, h, setText } from "../base/dom.js";
 import { downloadExport, getExportFormats, makeDepthExport, makeExport } from "../base/api.js";
 import { cameraField, depthCameras, depthWords } from "./export_depth.js";
 import { DEPTH, FORMATS, KEYS, ORDERS, RATES, RECIPES, RIG_FORMATS, ROOTS, SCENES, TARGETS, UNDERSTOOD, UNITS, recipeOf } from "./export_recipes.js";
+import { OF_ROBOTS, formatWords, hasFormat, hasOption, makeOther, offerOthers, otherChosen, otherField } from "./export_others.js";
 import { RigChoice } from "./export_rig.js";
 import { ended } from "../base/jobs.js";
 import { attempt, showNote } from "../base/messages.js";
@@ -17,7 +18,7 @@ const TOGETHER = "together";
 const NUMBERS = ["fps", "start_s", "end_s", "smooth_hz", "key_error_cm"];
 const CHECKS = ["mesh", "foot_lock", "loop"];
 
-const state = { jobs: [], recipe: "", rig: null, running: false };
+const state = { jobs: [], recipe: "", rig: null, running: false, missing: new Map() };
 
 const field = (id) => byId(`export-${id}`);
 
@@ -73,7 +74,7 @@ function formatChosen() {
   showFields();
 }
 
-const onRig = () => state.recipe === "rig";
+const onRig = () => state.recipe === "rig" && !otherChosen().kind;
 
 /** The performers of the one take that is exported, where it has several: `[performer, name]`. */
 function performers() {
@@ -91,19 +92,41 @@ function performerField() {
     options.map(([value, words]) => h("option", { value }, words))));
 }
 
-/** Show the fields that the format understands. */
+/** Formats that what is exported does not have, or that cannot be written here, are seen but not chosen. */
+function markFormats() {
+  const choice = field("format"), other = otherChosen();
+  const usable = (name) => !state.missing.has(name) && hasFormat(name, other);
+  for (const option of choice.options) {
+    option.disabled = !usable(option.value);
+    option.title = state.missing.get(option.value) ?? "";
+    setText(option, t(formatWords(option.value, other)));
+  }
+  field("missing").hidden = !state.missing.size || Boolean(other.kind);
+  if (!usable(choice.value)) choice.value = [...choice.options].find(({ value }) => usable(value)).value;
+}
+
+/** Another thing is exported than before. */
+function otherChanged() {
+  markFormats();
+  showFields();
+}
+
+const understood = (id, format) => hasOption(id, otherChosen()) && (!(id in UNDERSTOOD) || UNDERSTOOD[id].includes(format));
+
+/** Show the fields that what is exported and its format understand. */
 function showFields() {
-  const format = field("format").value;
+  const format = field("format").value, other = otherChosen();
   const all = field("performer")?.querySelector(`[value="${TOGETHER}"]`);
   if (all) {
-    all.disabled = onRig() || !SCENES.includes(format);
+    all.disabled = onRig() || Boolean(other.kind) || !SCENES.includes(format);
     if (all.disabled && field("performer").value === TOGETHER) field("performer").value = "";
   }
-  for (const [id, formats] of Object.entries(UNDERSTOOD)) {
+  for (const id of [...Object.keys(UNDERSTOOD), ...OF_ROBOTS]) {
     const owned = onRig() && ["target", "mesh", "unit"].includes(id);
     const holder = field(id)?.closest(".field, .check");
-    if (holder) holder.hidden = owned || !formats.includes(format);
+    if (holder) holder.hidden = owned || !understood(id, format);
   }
+  byId("export-dialog").querySelector(".recipes").hidden = Boolean(other.kind);
   byId("export-rig-section").hidden = !onRig();
   field("advanced").hidden = format === DEPTH;
   field("depth").hidden = format !== DEPTH;
@@ -140,7 +163,7 @@ function advanced(kept) {
 function fields(kept) {
   const { start, end } = trim();
   return [
-    takesList(), recipes(),
+    takesList(), otherField(otherChanged), recipes(),
     h("div", { id: "export-rig-section" }, state.rig.element),
     h("div", { class: "grid" },
       select("format", FORMATS, (name) => t(`export.format.${name}`), kept.format ?? "fbx", formatChosen),
@@ -149,38 +172,33 @@ function fields(kept) {
       number("start_s", start, t("export.start_s.none")), number("end_s", end, t("export.end_s.none"))),
     h("p", { id: "export-depth", class: "muted hint", hidden: true }, depthWords(state.jobs)),
     h("ul", { id: "export-missing", class: "muted hint", hidden: true }),
-    h("div", { class: "checks" }, check("mesh", kept.mesh)),
+    h("div", { class: "checks" }, check("mesh", kept.mesh), OF_ROBOTS.map((id) => check(id, false))),
     advanced(kept),
   ].filter(Boolean);
 }
 
 /** Have formats that cannot be written be seen but not chosen, each with its reason and what would mend it. */
-async function markFormats(kept) {
+async function findFormats() {
   const missing = new Map((await getExportFormats()).filter((one) => one.missing).map((one) => [one.format, said(one.missing)]));
   if (!depthCameras(state.jobs).length) missing.set(DEPTH, depthWords(state.jobs));
-  const choice = field("format"), usable = (name) => !missing.has(name);
-  for (const option of choice.options) {
-    option.disabled = !usable(option.value);
-    option.title = missing.get(option.value) ?? "";
-  }
-  if (!usable(choice.value)) choice.value = [kept, "fbx"].find((name) => name && usable(name));
-  for (const input of byId("export-dialog").querySelectorAll("[name=export-recipe]")) input.disabled = !usable(RECIPES[input.value].format);
+  state.missing = missing;
+  markFormats();
+  for (const input of byId("export-dialog").querySelectorAll("[name=export-recipe]")) input.disabled = missing.has(RECIPES[input.value].format);
   field("missing").replaceChildren(...[...missing].map(([name, words]) => h("li", {}, name === DEPTH ? words : t("export.missing", { format: name.toUpperCase(), missing: words }))));
-  field("missing").hidden = !missing.size;
   showFields();
 }
 
 /** What the API is asked for. */
 function chosen() {
   const format = field("format").value;
-  const understood = (id) => !(id in UNDERSTOOD) || UNDERSTOOD[id].includes(format);
+  const has = (id) => understood(id, format);
   const request = { format, solves: state.jobs.map(({ take, solve }) => ({ take: take.id, solve })) };
-  for (const id of NUMBERS) if (understood(id) && field(id).value !== "") request[id] = Number(field(id).value);
+  for (const id of NUMBERS) if (has(id) && field(id).value !== "") request[id] = Number(field(id).value);
   for (const id of ["target", "root_motion", "interpolation", "rotation_order", "unit", "timecode", "part_from", "part_to"]) {
-    if (understood(id) && field(id).value !== "") request[id] = field(id).value;
+    if (has(id) && field(id).value !== "") request[id] = field(id).value;
   }
-  for (const id of CHECKS) if (understood(id)) request[id] = field(id).checked;
-  if (understood("together") && field("together")?.checked) request.together = true;
+  for (const id of [...CHECKS, ...OF_ROBOTS]) if (has(id)) request[id] = field(id).checked;
+  if (has("together") && field("together")?.checked) request.together = true;
   const performer = field("performer")?.value;
   if (performer === TOGETHER) request.together = true;
   else if (performer) request.performer = performer;
@@ -193,7 +211,7 @@ function chosen() {
 
 /** Keep how it was exported for the next time; depth is of this take. */
 function keep(request) {
-  if (request.format === DEPTH) return;
+  if (request.format === DEPTH || otherChosen().kind) return;
   const kept = { ...request, recipe: state.recipe };
   localStorage.setItem(KEPT, JSON.stringify(Object.fromEntries(REMEMBERED.map((key) => [key, kept[key]]))));
 }
@@ -209,7 +227,9 @@ async function run(event) {
   bar.hidden = words.hidden = false;
   bar.removeAttribute("value");
   const made = await attempt(async () => {
-    const asked = request.format === DEPTH ? makeDepthExport(state.jobs[0].take.id, field("camera").value) : makeExport(request);
+    const other = otherChosen();
+    const asked = request.format === DEPTH ? makeDepthExport(state.jobs[0].take.id, field("camera").value)
+      : other.kind ? makeOther(other, request) : makeExport(request);
     const job = await ended(await asked, (share) => { if (share !== null) bar.value = share; });
     await save(job);
     return job;
@@ -248,7 +268,8 @@ export function askExport(jobs) {
             h("button", { id: "export-run", class: "primary", type: "submit" }, t("export.short")),
             h("button", { type: "button", onclick: () => dialog.close() }, t("message.close"))))));
     showFields();
-    attempt(() => markFormats(kept.format));
+    attempt(findFormats);
+    attempt(() => offerOthers(state.jobs));
     state.rig.open(kept.rig);
   }
   dialog.showModal();

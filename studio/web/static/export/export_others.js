@@ -1,0 +1,48 @@
+// What else a take's solve is exported as: the motion of a kept robot that follows it, or a prop of the take.
+import { byId, h } from "../base/dom.js";
+import { getOtherExports, makePropExport, makeRobotExport } from "../base/api.js";
+import { t } from "../base/strings.js";
+
+const SEPARATOR = ":";
+const PART = ["fps", "start_s", "end_s", "smooth_hz"];
+
+/** The options that each has, beside the format. */
+const OPTIONS = { robot: [...PART, "performer", "balance", "keep_pose"], prop: [...PART, "interpolation", "key_error_cm", "rotation_order", "unit"] };
+const FORMATS = { robot: ["csv", "npz"], prop: ["fbx", "bvh", "glb", "usd", "c3d", "trc", "csv", "npz"] };
+
+/** Options that nothing else has. */
+export const OF_ROBOTS = ["balance", "keep_pose"];
+
+/** What is exported: "" = the performer, else `robot` or `prop`; and its name. */
+export function otherChosen() {
+  const [kind = "", ...name] = (byId("export-what")?.value ?? "").split(SEPARATOR);
+  return { kind, name: name.join(SEPARATOR) };
+}
+
+/** Whether what is exported has an option, as far as it is not the format's matter. */
+export const hasOption = (id, { kind }) => (kind ? OPTIONS[kind].includes(id) : !OF_ROBOTS.includes(id));
+
+/** Whether what is exported can be written in a format. */
+export const hasFormat = (format, { kind }) => !kind || FORMATS[kind].includes(format);
+
+/** The key of a format's words: a robot's files hold other things. */
+export const formatWords = (format, { kind }) => `export.format.${kind === "robot" && FORMATS.robot.includes(format) ? "robot." : ""}${format}`;
+
+/** The choice, not shown until something else is there. */
+export const otherField = (changed) => h("label", { class: "field", hidden: true }, h("span", {}, t("export.what")),
+  h("select", { id: "export-what", onchange: changed }, h("option", { value: "" }, t("export.what.performer"))));
+
+/** Offer the robots and props that there are for the one take. */
+export async function offerOthers(jobs) {
+  if (jobs.length !== 1) return;
+  const { robots, props } = await getOtherExports(jobs[0].take.id), choice = byId("export-what");
+  const option = (kind) => (name) => h("option", { value: `${kind}${SEPARATOR}${name}` }, t(`export.what.${kind}`, { name }));
+  choice.append(...robots.map(option("robot")), ...props.map(option("prop")));
+  choice.closest(".field").hidden = choice.options.length < 2;
+}
+
+/** Begin the export; `request`: as for the performer's own. */
+export function makeOther({ kind, name }, { solves: [{ take, solve }], format, ...options }) {
+  const mine = Object.fromEntries(Object.entries(options).filter(([id]) => OPTIONS[kind].includes(id)));
+  return (kind === "robot" ? makeRobotExport : makePropExport)({ take, solve, format, [kind]: name, ...mine });
+}
