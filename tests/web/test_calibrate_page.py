@@ -32,9 +32,10 @@ def test_a_take_is_calibrated_by_its_board_anew_and_as_before(tmp_path: Path, pa
         assert sheet.value.locator("svg path").count() == 1
         sheet.value.close()
         dialog.get_by_role("button", name="Calibrate", exact=True).click()
-        expect(messages).to_contain_text(
-            re.compile(r"left \w+.*, right \w+.* The performer is 1\.[78]\d m tall")
-        )
+        expect(messages).to_contain_text(re.compile(r"Cameras: \d .*The performer is 1\.[78]\d m tall"))
+        expect(dialog.locator(".verdict")).to_have_count(2)
+        expect(dialog).to_contain_text(re.compile(r"is known to .* cm and .* degrees only"))
+        dialog.get_by_role("button", name="Close").click()
 
         page.get_by_role("button", name="Edit walk").click()
         page.get_by_role("button", name="Calibrate walk").click()
@@ -42,6 +43,7 @@ def test_a_take_is_calibrated_by_its_board_anew_and_as_before(tmp_path: Path, pa
         dialog.locator("#take-tall").fill("1.6")
         dialog.get_by_role("button", name="Calibrate", exact=True).click()
         expect(messages).to_contain_text("The performer is 1.60 m tall")
+        dialog.get_by_role("button", name="Close").click()
         assert Take.open(made.path).meta["calibration"] == 2
         with page.expect_response("**/calibrations/in_use"):
             messages.get_by_role("button", name="Undo").click()

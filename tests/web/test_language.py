@@ -81,7 +81,7 @@ def test_the_language_changes_in_place(takes: str, page: Page) -> None:
     expect(page.locator("#replay-time")).to_contain_text("  7 / ")
     two = page.locator(".take[data-take='monday/two']")
     two.get_by_role("button", name="Edit two").click()
-    page.fill("#slate-notes", "half a sentence, Cameras")
+    page.fill("#slate-notes", "half a sentence,\nCameras")
     page.fill("#take-name", "next one")
     page.locator("#view-layers summary").click()
     for language in ("fr", "en", "fr"):
@@ -90,13 +90,14 @@ def test_the_language_changes_in_place(takes: str, page: Page) -> None:
         assert_in(page, language)
         assert page.locator("#timeline").evaluate("canvas => canvas.toDataURL()") != drawn, "its labels"
         expect(page.locator("#replay-time")).to_contain_text("  7 / ")
-        expect(page.locator("#slate-notes")).to_have_value("half a sentence, Cameras")
+        expect(page.locator("#slate-notes")).to_have_value("half a sentence,\nCameras")
         expect(page.locator("#take-name")).to_have_value("next one")
         expect(page.locator("#replay-title")).to_contain_text("monday/one")
     expect(two.locator("form.slate button[type=submit]")).to_have_text("Enregistrer")
     expect(page.locator("#view-places")).to_contain_text("Plateau")
     two.locator("form.slate button[type=submit]").click()
-    expect(two.locator(".notes")).to_have_text("half a sentence, Cameras")
+    expect(two.locator(".notes summary")).to_have_text("half a sentence,")
+    assert page.request.get(f"{takes}/api/v1/takes/monday/two").json()["notes"] == "half a sentence,\nCameras"
     assert loads == [], "the page was loaded anew"
     page.reload()
     expect(page.locator("#connection")).to_have_text("Connecté")

@@ -1,4 +1,4 @@
-// Small questions in a dialog: whether one is sure, or a name.
+// Small dialogs: whether one is sure, a name, something to be read.
 import { h } from "./dom.js";
 import { t } from "./strings.js";
 
@@ -16,6 +16,14 @@ export function ask(title, content, act, danger, answer) {
     document.body.append(dialog);
     dialog.showModal();
   });
+}
+
+/** Tell something that is to be read, until it is closed. */
+export function tell(title, content) {
+  const dialog = h("dialog", { class: "ask", aria: { label: title }, onclose: () => dialog.remove() }, h("h2", {}, title),
+    h("form", { class: "stack", method: "dialog" }, content, h("div", { class: "buttons" }, h("button", { type: "submit", class: "primary" }, t("message.close")))));
+  document.body.append(dialog);
+  dialog.showModal();
 }
 
 /** Ask whether something that cannot be undone shall be done; `act`: the word on the button. */

@@ -1,6 +1,7 @@
 // What the wizard and the remote control say: from the stage's status to a step, words, a number, and sounds.
 import { said } from "../base/said.js";
 import { number, t } from "../base/strings.js";
+import { reasonsOf } from "./verdict.js";
 
 export const STEPS = ["cameras", "walk", "verdict", "pose", "done"];
 export const GATHERING = ["gathering", "computing"];
@@ -36,12 +37,6 @@ export function verdictOf(attempt) {
   return verdicts.every((verdict) => verdict === "good") ? "good" : "usable";
 }
 
-/** A reason as the server words it: what is wrong, and after a colon what to do. */
-export function adviceOf(reason) {
-  const colon = /\s?: /.exec(reason);
-  return colon ? [reason.slice(0, colon.index), reason.slice(colon.index + colon[0].length)] : [reason, ""];
-}
-
 function camerasSaying(status) {
   const here = connected(status);
   if (!here.length) return { tone: "bad", big: t("wizard.no_camera"), small: t("wizard.no_camera_do") };
@@ -62,7 +57,7 @@ function walkSaying(attempt, alone) {
 
 function verdictSaying(attempt) {
   const verdict = verdictOf(attempt);
-  const reasons = Object.entries(attempt.cameras).flatMap(([name, camera]) => camera.reasons.map((reason) => [name, ...adviceOf(said(reason))]));
+  const reasons = reasonsOf(attempt.cameras);
   const tone = { good: "good", usable: "fair", refused: "bad" }[verdict];
   const small = reasons.length ? "" : attempt.state === "failed" ? said(attempt.message) : t("wizard.agree");
   return { tone, big: t(`wizard.verdict.${verdict}`), small, reasons };

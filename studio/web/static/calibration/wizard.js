@@ -9,6 +9,7 @@ import { knownFields, knownNow, knownShown, withoutDepth } from "./known.js";
 import { showPhone } from "./phone.js";
 import { isMuted, play, setMuted } from "../base/sound.js";
 import { number, t } from "../base/strings.js";
+import { verdictCards } from "./verdict.js";
 
 const TICK_MS = 100;
 const TICKED = { countdown: Infinity, hold: Infinity, pose: Infinity, walk: 3.5 }; // seconds left under which they tick
@@ -77,27 +78,12 @@ function maps() {
     h("progress", { max: 1, value: coverageShare(coverage), aria: { label: t("wizard.map_share", { name }) } })));
 }
 
-/** How far a camera's joints were from the others' in the walk; one that was refused at once has no figure. */
-function residualOf({ residual_median_mm: median, residual_p95_mm: p95 }, isReference) {
-  if (isReference && !median) return t("camera.reference");
-  return typeof median === "number" ? t("wizard.residual", { median: number(median), p95: number(p95) }) : "–";
-}
-
-function verdictCards(reasons) {
-  const { cameras } = state.status.calibration.attempt;
-  const reference = state.status.calibration.reference;
-  return Object.entries(cameras).sort().map(([name, camera]) => h("li", { class: "wizard-card verdict" },
-    h("span", { class: "swatch", style: `background:${state.colours[name] ?? "var(--muted)"}` }), h("strong", {}, name),
-    h("span", { class: { good: "good", usable: "fair", refused: "bad" }[camera.verdict] }, t(`calibration.verdict.${camera.verdict}`)),
-    h("span", { class: "figure" }, residualOf(camera, name === reference)),
-    reasons.filter(([of]) => of === name).map(([, why, what]) => h("p", {}, why, what && h("b", {}, what)))));
-}
-
-function cards(saying) {
+function cards() {
   if (state.step === "cameras") return cameraCards();
   if (state.step === "walk") return maps();
   if (state.step === "pose") return [h("li", { class: "wizard-pose" }, posePicture())];
-  return state.step === "verdict" ? verdictCards(saying.reasons) : [];
+  const { attempt: { cameras }, reference } = state.status.calibration;
+  return state.step === "verdict" ? verdictCards(cameras, reference, state.colours) : [];
 }
 
 /** How the performer is to stand, seen from the front. */
@@ -136,7 +122,7 @@ function show() {
   byId("wizard-mute").setAttribute("aria-pressed", String(!isMuted()));
   const { attempt: walk, tpose, state: calibrated, reference } = state.status.calibration;
   redraw(byId("wizard-cards"), [state.step, state.step === "walk" ? [walk.coverage, walk.estimates] : walk.cameras, saying.reasons, reference, state.colours,
-    state.step === "cameras" && Object.entries(state.status.cameras).map(([name, { state: now, fps }]) => [name, now, Math.round(fps)])], () => cards(saying));
+    state.step === "cameras" && Object.entries(state.status.cameras).map(([name, { state: now, fps }]) => [name, now, Math.round(fps)])], cards);
   const asks = state.step === "cameras" || (state.step === "verdict" && state.status.calibration.attempt.state === "failed") ? withoutDepth(state.status.cameras) : [];
   redraw(byId("wizard-known"), knownShown(asks), () => knownFields(asks, "wizard", show));
   const ready = Object.values(state.status.cameras).some((camera) => camera.connected);

@@ -1,11 +1,11 @@
 // How a take on disk is calibrated: from its own frames with what is known of its cameras, or as another take.
 import { h } from "../base/dom.js";
 import { findTakes, getBoards, getTakeDetail } from "../base/api.js";
-import { ask } from "../base/ask.js";
-import { said } from "../base/said.js";
+import { ask, tell } from "../base/ask.js";
 import { number, t } from "../base/strings.js";
 import { boardFields, boardNow } from "../calibration/board.js";
 import { knownFields, knownNow, seesNoDepth } from "../calibration/known.js";
+import { reasonsOf, verdictCards } from "../calibration/verdict.js";
 
 const ALIKE = 100; // takes of which one may be borrowed from, the newest first
 
@@ -33,12 +33,17 @@ export async function askCalibration(take) {
   return ask(t("take.calibrate_label", { name: take.name }), content, t("calibration.start"), false, answer);
 }
 
-/** What a calibration found, in words: each camera's verdict with its reasons, and the performer's height. */
+/** What a calibration found, in words: how many cameras are how good, and the performer's height. */
 export function calibrationWords(take, { calibration }) {
-  const cameras = Object.entries(calibration.cameras).sort().map(([name, { reasons, verdict }]) => {
-    const why = reasons.map(said).join("; ");
-    return `${name} ${t(`calibration.verdict.${verdict}`)}${why ? ` (${why})` : ""}`;
-  });
+  const verdicts = Object.values(calibration.cameras).map(({ verdict }) => verdict);
+  const counts = ["good", "usable"].map((verdict) => [verdicts.filter((one) => one === verdict).length, verdict]).filter(([n]) => n);
+  const cameras = counts.map(([n, verdict]) => `${n} ${t(`calibration.verdict.${verdict}`)}`).join(", ");
   const tall = calibration.performer?.height_m;
-  return [t("take.calibrated_as", { name: take.name, cameras: cameras.join(", ") }), tall && t("take.calibrated_tall", { m: number(tall, 2) })].filter(Boolean).join(" ");
+  return [t("take.calibrated_as", { name: take.name, cameras }), tall && t("take.calibrated_tall", { m: number(tall, 2) })].filter(Boolean).join(" ");
+}
+
+/** Show what is not good of a calibration, camera by camera, with what to do; nothing where all is. */
+export function showVerdicts(take, { calibration: { cameras, reference } }) {
+  if (!reasonsOf(cameras).length) return;
+  tell(t("take.calibration_of", { name: take.name }), h("ul", { class: "verdicts" }, verdictCards(cameras, reference)));
 }

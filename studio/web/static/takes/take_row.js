@@ -56,7 +56,8 @@ function slate(take, acts) {
   const field = (name, label, longest, text = take[name] ?? "", hint = "") => h("label", { class: "field" }, h("span", {}, label),
     h("input", { id: `slate-${name}`, type: "text", maxLength: longest, value: text, placeholder: hint, required: name === "name" }));
   return h("form", { class: "slate", onsubmit: save, onkeydown: (event) => { if (event.key === "Escape") { event.stopPropagation(); acts.edit(null); } } },
-    field("name", t("take.name"), MAX_NAME), field("performer", t("performer.title"), MAX_NAME), field("notes", t("take.notes"), MAX_NOTES),
+    field("name", t("take.name"), MAX_NAME), field("performer", t("performer.title"), MAX_NAME),
+    h("label", { class: "field" }, h("span", {}, t("take.notes")), h("textarea", { id: "slate-notes", rows: 3, maxLength: MAX_NOTES, value: take.notes ?? "" })),
     field("tags", t("take.tags"), MAX_TAGS, take.tags.join(", "), t("take.tags_hint")),
     h("label", { class: "field" }, h("span", {}, t("take.rating")), h("select", { id: "slate-rating" },
       [...Array(STARS + 1).keys()].map((stars) => h("option", { value: stars, selected: stars === (take.rating ?? 0) }, stars ? "★".repeat(stars) : t("take.no_rating"))))),
@@ -145,6 +146,13 @@ export function openTake(take, solve, { acts, job }) {
   ].filter(Boolean);
 }
 
+/** Notes of several lines show the first one, and the others when it is clicked. */
+function notes(text) {
+  const [first, ...others] = text.split("\n");
+  if (!others.length) return h("p", { class: "muted notes" }, text);
+  return h("details", { class: "muted notes" }, h("summary", {}, first), others.join("\n"));
+}
+
 /** Return the row of a take; `acts`: what its controls do; `shown`: `take|solve` that is replayed, `job`: its solve under way, `failed`: one that failed, `picture`: how many were made. */
 export function takeRow(take, { acts, best, editing, failed, job, picture: made, selected, shown }) {
   return h("li", { "data-take": take.id, class: `take ${shown.startsWith(`${take.id}|`) ? "replayed" : ""}` },
@@ -152,7 +160,7 @@ export function takeRow(take, { acts, best, editing, failed, job, picture: made,
     h("div", { class: "take-body" },
       head(take, { acts, selected, job }),
       line(take),
-      take.notes && h("p", { class: "muted notes" }, take.notes),
+      take.notes && notes(take.notes),
       take.tags.length > 0 && h("p", { class: "tags" }, take.tags.map((tag) => h("button", {
         class: "chip-button", type: "button", title: t("take.tag_hint", { tag }), onclick: () => acts.search(/\s/.test(tag) ? `tag:"${tag}"` : `tag:${tag}`),
       }, tag))),

@@ -5,7 +5,7 @@ import { ended } from "../base/jobs.js";
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
 import { replayed } from "../replay/replay.js";
 import { language, t } from "../base/strings.js";
-import { askCalibration, calibrationWords } from "./calibrate.js";
+import { askCalibration, calibrationWords, showVerdicts } from "./calibrate.js";
 import { foundTakes, loadMore, setSearch, takeOf } from "./found.js";
 import { startSearch } from "./search.js";
 import { isSelected, refreshSelection, select, selectAll, showSelection, startSelection } from "./selection.js";
@@ -72,7 +72,8 @@ async function calibrate(take) {
     const before = take.calibrated ? (await getCalibrations(take)).in_use : null;
     const begun = await calibrateTake(take, known);
     if (!known.borrow) await ended(begun);
-    const words = calibrationWords(take, await getCalibrations(take));
+    const found = await getCalibrations(take), words = calibrationWords(take, found);
+    showVerdicts(take, found);
     if (before === null) showNote(words);
     else showUndo(words, CALIBRATION, { session: take.session, name: take.name }, before);
   });
