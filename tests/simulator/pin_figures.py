@@ -150,10 +150,11 @@ class Bench:
         )
 
 
-def simulated(motions: Path, folder: Path) -> Iterator[tuple[Take, int]]:
-    """Yield ten simulated takes of real motions, on which nothing was tuned, with their seeds; those that the folder
-    has are used again."""
-    for motion, cameras, seed in SIMULATED:
+def simulated(motions: Path, folder: Path, later: int = 0) -> Iterator[tuple[Take, int]]:
+    """Yield ten simulated takes of real motions, with their seeds, larger by `later` than usual; those in the folder
+    are used again."""
+    for motion, cameras, first in SIMULATED:
+        seed = first + later
         path = folder / f"{motion}_{cameras}_{seed}"
         if not path.exists():
             simulate_take(motions / f"{motion}.bvh", path, cameras=cameras, seed=seed)
@@ -169,7 +170,7 @@ def jobs(args: argparse.Namespace) -> Iterator[tuple[Take, Path, list[tuple[str,
         path, _, truth = str(text).partition("=")
         yield Take.open(path), Path(truth), [(kind, seed) for kind in kinds for seed in range(args.seeds)]
     if args.simulated is not None:
-        for take, seed in simulated(args.simulated, args.folder):
+        for take, seed in simulated(args.simulated, args.folder, args.later):
             drawn = np.random.default_rng(seed).choice(kinds, size=DRAWN, replace=False).tolist()
             yield take, take.path.with_name(f"{take.path.name}.truth.csv"), [(kind, seed) for kind in drawn]
 
@@ -179,6 +180,9 @@ def main() -> None:
     parser.add_argument("takes", nargs="*", type=Path, metavar="TAKE=TRUTH")
     parser.add_argument("--simulated", type=Path, metavar="MOTIONS", help="folder of CMU motions (.bvh)")
     parser.add_argument("--folder", type=Path, help="of the simulated takes")
+    parser.add_argument(
+        "--later", type=int, default=0, help="added to their seeds: other noise, other faults"
+    )
     parser.add_argument("--preset", default="finish")
     parser.add_argument("--kinds", default=",".join(KINDS))
     parser.add_argument("--seeds", type=int, default=1)
