@@ -39,6 +39,7 @@ from studio.api.stage.timecode import timecode_router
 from studio.api.stage.triggers import make_triggers, triggers_router
 from studio.api.structs import StructApi
 from studio.api.takes.boards import boards_router
+from studio.api.takes.bodies import bodies_router
 from studio.api.takes.changes import Changes
 from studio.api.takes.compare import compare_router
 from studio.api.takes.edits import EditsStamp, edits_router
@@ -151,6 +152,7 @@ def create_app(
     add_routes(app, rigs_router(sessions))
     add_routes(app, manage_router(sessions, finder, jobs))
     add_routes(app, boards_router())
+    add_routes(app, bodies_router(finder))
     add_routes(app, splice_router(sessions, finder, jobs))
     app.state.player = None  # of the view, if one is mounted
     add_routes(app, references_router(sessions, finder, lambda *gone: _let_go(app, *gone)))

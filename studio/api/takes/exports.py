@@ -70,11 +70,9 @@ class DepthRequest(Request):
     )
 
 
-class _PartRequest(Request):
+class _PartRequest(SolveOfTake):
     """A solve of a take, its part, and the rate."""
 
-    take: str = Field(description="the take's id, session/name", examples=["monday/take_001"])
-    solve: str = Field(examples=["studio"])
     fps: float | None = Field(default=None, gt=0, le=1000, description="frame rate [Hz]")
     start_s: float | None = Field(default=None, ge=0, description="begin so far into the solve [s]")
     end_s: float | None = Field(default=None, gt=0, description="end so far into the solve [s]")

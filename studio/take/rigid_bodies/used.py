@@ -66,6 +66,22 @@ def name_body(take: Take, body: KnownBody) -> TakeBodies:
     return found
 
 
+def forget_body(take: Take, name: str) -> TakeBodies:
+    """Forget what was said of a body of a take, which is only shown then; return what is known.
+
+    Raises:
+        SettingsError: no such body came in.
+    """
+    if name not in take_tracks(take).tracks:
+        raise no_such_body(take, name)
+    known = take_bodies(take)
+    ties = {other: tie for other, tie in known.ties.items() if other != name}
+    bodies = tuple(one for one in known.bodies if one.name != name)
+    found = msgspec.structs.replace(known, bodies=bodies, ties=ties)
+    save_take_bodies(take, found)
+    return found
+
+
 def prop_in_hand(
     name: str, track: BodyTrack, body: KnownBody | None, performers: Sequence[SolvedPerformer]
 ) -> Poses:

@@ -189,6 +189,11 @@ export const calibrateTake = (take, known) => call("POST", `${takePath(take)}/ca
 export const getCalibrations = (take) => call("GET", `${takePath(take)}/calibrations`);
 export const useCalibration = (take, number) => call("PUT", `${takePath(take)}/calibrations/in_use`, { number });
 
+/** A take's rigid bodies; say what one is; measure how those on joints sit there. Each answers all of them. */
+export const getBodies = (take) => call("GET", `${takePath(take)}/rigid-bodies`);
+export const changeBody = (take, body) => call("PUT", `${takePath(take)}/rigid-bodies`, body);
+export const measureBodies = (take, wanted) => call("POST", `${takePath(take)}/rigid-bodies/measure`, wanted);
+
 /** Dictionaries and families of boards, and why none can be found here. */
 export const getBoards = () => call("GET", "boards");
 

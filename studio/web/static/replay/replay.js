@@ -4,6 +4,7 @@ import { changeReplay, closeReplay, getCleanup, getCurves, getView, openReplay }
 import { besideIs, changeCurvesOf, curveLegend, curveList, curveListShown, showCurveList, showLegend, startCurveChoice } from "./curve_choice.js";
 import { forgetCurveData, loadCurveData, startCurveData } from "./curve_data.js";
 import { JOINTS, editSpans } from "./curves.js";
+import { startBodies } from "./bodies.js";
 import { grab, removeChosen } from "../edits/bars.js";
 import { forgetSolved } from "../edits/list.js";
 import { offersAgain } from "../edits/offers.js";
@@ -81,6 +82,14 @@ export async function open(takeId, solve, ghost = null, performer = performerOf(
   const status = await asked(() => openReplay({ take: takeId, solve, ghost: ghost && beside, ...(performer && { performer }) }));
   state.sentAt = performance.now();
   if (status) take(status);
+}
+
+/** Open what is replayed anew, because what is shown beside it is another, and go on at its frame. */
+async function openAgain() {
+  const { take: id, solve, ghost } = state.replay, frame = frameNow();
+  if (!id) return;
+  await open(id, solve, ghost);
+  goTo(frame);
 }
 
 /** The performer that goes on having the curves where a solve is opened that has them too. */
@@ -370,6 +379,7 @@ export function startReplay(listen, compare) {
   startCurveData(paint);
   startVideo();
   startEdits({ goTo, pin: pinChosen, painted: paint });
+  startBodies(openAgain);
   startJointClicks(() => (state.replay.open && state.replay.solve ? frameNow() : null), JOINTS, chooseJoint);
   new ResizeObserver(paint).observe(byId("replay"));
   window.addEventListener("language", show);

@@ -10,6 +10,7 @@ import { forgetMeasured, startCompare, toggleCompare, updateCompare, updateCompa
 import { updateCameras } from "../cameras/cameras.js";
 import { hearDevices } from "../cameras/devices.js";
 import { updateEdits } from "../edits/panel.js";
+import { updateBodies } from "../replay/bodies.js";
 import { updateDisk } from "./disk.js";
 import { startFrame } from "../base/frame.js";
 import { updateNextStep } from "./next_step.js";
@@ -232,6 +233,7 @@ function showMessage(message) {
   updateRigid(message.status.bodies);
   updateReplay(message.replay);
   updateEdits(replayed(), message.edits);
+  updateBodies(replayed());
   seeReplay(message.replay);
   updatePictures(message.thumbnails);
   if (state.stamp !== undefined && state.stamp !== message.takes) attempt(loadTakes); // takes came or went, whoever did it
@@ -272,6 +274,7 @@ startCompare();
 startReplay((replay) => {
   followReplay(replay);
   updateEdits(replay);
+  updateBodies(replay);
   updateCompare();
 }, toggleCompare);
 startWorkList();

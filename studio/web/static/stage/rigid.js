@@ -4,12 +4,10 @@ import { changeRigidBodies, getRigidBodies } from "../base/api.js";
 import { attempt } from "../base/messages.js";
 import { said } from "../base/said.js";
 import { number, t } from "../base/strings.js";
+import { bodyRow, heldWords, jointWords } from "./body_row.js";
 
 const SYSTEMS = { natnet: ["natnet_server", "natnet_port"], osc: ["host", "osc_port"] };
 const NUMBERS = ["natnet_port", "osc_port"];
-const USES = ["", "prop", "evidence", "reference"];
-const JOINTS = ["", "head", "left_hand", "right_hand", "left_wrist", "right_wrist", "left_elbow", "right_elbow", "chest", "hips", "left_knee", "right_knee", "left_ankle", "right_ankle"];
-const HANDS = ["left_hand", "right_hand"];
 const panel = { settings: null, status: null, measured: [] };
 
 const change = (changes) => attempt(async () => {
@@ -35,22 +33,12 @@ function shapeOf(text) {
   return kind ? { kind, size_cm: parts.map(Number), axis } : null;
 }
 
-const shapeWords = (shape) => (shape ? `${shape.kind}:${shape.size_cm.join(",")}${shape.axis === "z" ? "" : `,${shape.axis}`}` : "");
-
-function choice(name, key, values, value, words) {
-  return h("select", { aria: { label: t(`rigid.${key}`, { name }) }, onchange: (event) => say(name, { [key]: event.currentTarget.value }) },
-    values.map((one) => h("option", { value: one, selected: one === value }, words(one))));
-}
-
 /** What becomes of a prop, or of a body that is evidence: whether it pins the live solve. */
 function tie(name, known) {
-  if (known?.use === "prop") {
-    const hand = HANDS.includes(known.joint);
-    return h("p", { class: "count" }, hand ? t("rigid.held_by", { joint: known.joint.replace("_", " ") }) : t("rigid.held"));
-  }
-  if (known?.use !== "evidence") return null;
+  if (known?.use === "prop") return heldWords(known);
+  if (known?.use !== "evidence") return "";
   const measured = panel.settings.ties[name];
-  return h("p", { class: "count" }, measured ? t("rigid.pins", { joint: known.joint.replace("_", " "), mm: number(measured.residual_mm, 0) }) : t("rigid.pins_not"));
+  return measured ? t("rigid.pins", { joint: jointWords(known.joint), mm: number(measured.residual_mm, 0) }) : t("rigid.pins_not");
 }
 
 /** Which take's measured places of bodies pin joints in the live solve. */
@@ -63,17 +51,8 @@ function likeTake() {
 
 function body({ name, seen }) {
   const known = panel.settings.bodies.find((one) => one.name === name);
-  return h("li", { class: "trigger" },
-    h("div", { class: "set-row" }, h("span", { class: "name" }, name), h("span", { class: "count" }, t(seen ? "rigid.seen" : "rigid.unseen"))),
-    h("div", { class: "set-row" },
-      choice(name, "joint", JOINTS, known?.joint ?? "", (one) => one.replace("_", " ") || t("rigid.no_joint")),
-      choice(name, "use", known?.joint ? USES : USES.slice(0, 2), known?.use ?? "", (one) => t(`rigid.use.${one || "none"}`)),
-      h("input", {
-        type: "text", spellcheck: false, value: shapeWords(known?.shape), placeholder: "cylinder:3,60",
-        aria: { label: t("rigid.shape", { name }) }, title: t("rigid.shape", { name }),
-        onchange: (event) => say(name, { shape: shapeOf(event.currentTarget.value) }),
-      })),
-    tie(name, known));
+  const saying = ({ shape, ...changes }) => say(name, { ...changes, ...(shape !== undefined && { shape: shapeOf(shape) }) });
+  return bodyRow(name, { seen: t(seen ? "rigid.seen" : "rigid.unseen"), known, below: tie(name, known), say: saying });
 }
 
 /** What comes of a system: markers come by NatNet alone. */
