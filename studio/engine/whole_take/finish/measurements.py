@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from studio.engine.model.cameras.joint_noise import variances
 from studio.engine.model.joints import JOINT_COUNT, MIRROR
@@ -32,6 +33,12 @@ it moves the body more. The variance relative to the usual is clamped to this ra
 
 SPREAD_RANGE = (0.5, 30.0)
 """Range of a joint's error variance relative to the usual."""
+
+
+ALONE_S, ALONE_SHARE = 0.1, 0.1
+"""A camera without depth counts this much less where no other one sees the performer within so long. How far away the
+body is would follow from its errors, which last for some tenths of a second: limbs bend so that a nearer body fits.
+"""
 
 
 @dataclass(frozen=True)
@@ -95,6 +102,18 @@ class Measurements:
             lateral=self.lateral / factor[:, 1],
             sharper=self.sharper / (share * spread / factor).sum(axis=1),
         )
+
+    def alone_for_less(self, frame_s: float) -> "Measurements":
+        """The measurements with the weight of a camera without depth times `ALONE_SHARE` where it alone sees the
+        performer; `frame_s`: between two frames [s]. One that is the only camera of the take keeps its weight.
+        """
+        if not self.depthless.any() or len(self.depthless) < 2:
+            return self
+        span = 2 * round(ALONE_S / frame_s) + 1
+        sees = maximum_filter1d((self.lateral > 0.0).any(axis=2).astype(np.uint8), span, axis=0)
+        alone = (sees.sum(axis=1) == 1)[:, None] & self.depthless
+        share = np.where(alone, ALONE_SHARE, 1.0)[:, :, None]
+        return replace(self, axial=self.axial * share, lateral=self.lateral * share)
 
     def followed(self, reach: NDArray[np.float64]) -> "Measurements":
         """The measurements with each joint's weight multiplied by `reach`, shape (21,), 1 = as usual, 0 = not

@@ -71,7 +71,7 @@ class Readings:
             positions[exchanged] = positions[exchanged][:, MIRROR]
             confidence[exchanged] = confidence[exchanged][:, MIRROR]
             found = measure(positions, confidence, late, self._store.camera_positions, self._store.along_m)
-            found = found.followed(self._reach)
+            found = found.followed(self._reach).alone_for_less(self._dt)
             if self._noise is not None:
                 found = found.scaled(*self._noise)
             self._last = (begin, end), found
