@@ -24,35 +24,52 @@ WAIT_MS = 60_000
 
 SELDOM_MS, LIVELY_MS = 1000, 200
 UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
-  const next = window.requestAnimationFrame.bind(window);
+  const next = window.requestAnimationFrame.bind(window), gl = WebGL2RenderingContext.prototype;
   window.requestAnimationFrame = (call) => INTERVAL_MS && setTimeout(() => next(call), INTERVAL_MS);
+  if (EMPTY) {
+    const { viewport } = gl;
+    gl.viewport = function (x, y, width, height) {
+      this.isTrial = width < 16;  // of what the browser can do, before the first picture
+      viewport.call(this, x, y, width, height);
+    };
+    for (const name of ["clear", "drawArrays", "drawArraysInstanced", "drawElements", "drawElementsInstanced"]) {
+      const draw = gl[name];
+      gl[name] = function (...how) {
+        if (this.isTrial) draw.apply(this, how);
+      };
+    }
+  }
   if (!location.search.includes("software")) {
-    const { getContext } = HTMLCanvasElement.prototype, { getParameter } = WebGL2RenderingContext.prototype;
+    const { getContext } = HTMLCanvasElement.prototype, { getParameter } = gl;
     HTMLCanvasElement.prototype.getContext = function (kind, how) {
       return getContext.call(this, kind, how?.antialias ? { ...how, antialias: false } : how);
     };
-    WebGL2RenderingContext.prototype.getParameter = function (name) {
+    gl.getParameter = function (name) {
       return name === 0x9246 ? "a graphics card" : getParameter.call(this, name);  // UNMASKED_RENDERER_WEBGL
     };
   }
 }"""
-"""Has the 3D view draw a frame a second, five where a test is marked `lively`, or none in other tests of the page,
-without multisampling: drawing by software would take a core from all other tests, and the first frame takes three
-seconds. It takes the browser for one with a graphics card, so that pictures
-of one test have the same resolution; where `?software` is asked for, it knows."""
+"""Has the 3D view draw five frames a second where a test is marked `lively`, as many empty ones where it is marked
+`moving`, or none in other tests of the page, without multisampling: drawing by software would take a core from all
+other tests, and the first frame takes three seconds. It takes the browser for one with a graphics card, so that
+pictures of one test have the same resolution; where `?software` is asked for, it knows."""
 
 expect.set_options(timeout=WAIT_MS)
 
-_interval_ms = SELDOM_MS
+_interval_ms, _empty = 0, False
 
 
 @contextmanager
-def drawing_every(interval_ms: int) -> Iterator[None]:
-    """The 3D views of pages that are opened in the block draw at this interval; 0 = never."""
-    global _interval_ms
-    before, _interval_ms = _interval_ms, interval_ms
+def drawing_every(interval_ms: int, *, empty: bool = False) -> Iterator[None]:
+    """The 3D views of pages that are opened in the block draw at this interval; 0 = never.
+
+    Args:
+        empty: the view does all but draw: its camera moves, a click meets what is there.
+    """
+    global _interval_ms, _empty
+    before, _interval_ms, _empty = (_interval_ms, _empty), interval_ms, empty
     yield
-    _interval_ms = before
+    _interval_ms, _empty = before
 
 
 @contextmanager
@@ -74,7 +91,8 @@ def _make_patient(browser: Browser) -> None:
         def opened(**options: Any) -> Page | BrowserContext:
             made = new(**options)
             made.set_default_timeout(WAIT_MS)
-            made.add_init_script(UNHURRIED.replace("INTERVAL_MS", str(_interval_ms)))
+            drawn = UNHURRIED.replace("INTERVAL_MS", str(_interval_ms)).replace("EMPTY", str(_empty).lower())
+            made.add_init_script(drawn)
             return made
 
         return opened

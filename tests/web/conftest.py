@@ -20,10 +20,11 @@ def works_quickly(ready_worker: None) -> None:
     """Work of the server finds a process that is ready."""
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(autouse=True)
 def drawn_often(request: pytest.FixtureRequest) -> Iterator[None]:
-    """The 3D view draws for tests that look at its pictures, or use the pointer in it."""
-    with drawing_every(LIVELY_MS if request.node.get_closest_marker("lively") else 0):
+    """The 3D view draws for tests that look at its pictures; it only moves for those that use the pointer in it."""
+    lively, moving = (request.node.get_closest_marker(name) is not None for name in ("lively", "moving"))
+    with drawing_every(LIVELY_MS if lively or moving else 0, empty=moving):
         yield
 
 

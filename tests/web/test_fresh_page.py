@@ -22,7 +22,7 @@ from tests.web.browser import until
 from tests.web.test_page import NAMES
 from tests.web.test_view import blocks
 
-pytestmark = [pytest.mark.browser, pytest.mark.lively, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(600)]
 
 # Whatever is seen in the colour of what is good, with its pseudo elements.
 GREEN = """() => {
@@ -137,6 +137,7 @@ def place_other_cameras(sessions: Path) -> None:
     (sessions / "calibrations" / "1.json").write_text(json.dumps(calibration(cameras).to_json()))
 
 
+@pytest.mark.lively
 def test_the_view_comes_back_with_a_server_that_was_killed(server: ServerProcess, page: Page) -> None:
     page.add_init_script(NODES)
     page.goto(server.url)

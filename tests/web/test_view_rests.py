@@ -7,7 +7,7 @@ from studio.web.scene import drawing
 from tests.web.browser import until
 from tests.web.stages import FakeStage, step
 
-pytestmark = [pytest.mark.browser, pytest.mark.lively]
+pytestmark = [pytest.mark.browser, pytest.mark.moving]
 
 DRAWN = "(window.__viserMutable?.scene?.__r3f.root.getState().gl.info.render.frame ?? 0)"
 WIDTH = "document.querySelector('canvas[data-engine]').width"

@@ -15,7 +15,7 @@ from tests.live.performer import save_stage_calibration
 from tests.web.stages import serving
 from tests.web.test_page import NAMES, performing, studio
 
-pytestmark = [pytest.mark.browser, pytest.mark.lively, pytest.mark.timeout(1800)]
+pytestmark = [pytest.mark.browser, pytest.mark.moving, pytest.mark.timeout(1800)]
 
 CAMERA = (
     """addEventListener("message", ({ data }) => { if (data.type === "camera") window.camera = data; });"""
@@ -151,7 +151,7 @@ def test_following_is_a_choice_and_follow_and_orbit_are_this_browsers(stage: str
     at_rest(other)
     expect(other.locator("#view-operator")).to_be_hidden()  # it is who moved last
     expect(one.locator("#view-operator")).to_be_enabled()
-    other.close()  # a view of a page that is gone is not offered
+    other.goto("about:blank")  # a view of a page that is gone is not offered
     expect(one.locator("#view-operator")).to_be_disabled()
 
 

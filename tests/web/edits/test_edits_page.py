@@ -16,7 +16,7 @@ from tests.web.playback.test_joint_click import pixel
 from tests.web.stages import serving, until
 from tests.web.test_page import studio
 
-pytestmark = [pytest.mark.browser, pytest.mark.lively]
+pytestmark = [pytest.mark.browser, pytest.mark.moving]
 FRAME = 60
 UP_M = 0.15
 

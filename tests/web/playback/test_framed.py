@@ -17,7 +17,7 @@ from studio.take.folder.take import Take
 from tests import patient
 from tests.poses_factory import make_poses
 from tests.web.stages import serving, until
-from tests.web.test_page import SIZES, studio
+from tests.web.test_page import studio
 
 pytestmark = [pytest.mark.browser, pytest.mark.lively]
 FRAMES = 121
@@ -63,7 +63,9 @@ def figure_px(page: Page, address: str) -> tuple[int, int, int, int]:
     return found[-1]
 
 
-@pytest.mark.parametrize(("width", "height"), SIZES)
+@pytest.mark.parametrize(
+    ("width", "height"), [(1280, 720), pytest.param(1920, 1080, marks=pytest.mark.long), (390, 844)]
+)
 def test_the_performer_is_framed(address: str, page: Page, width: int, height: int) -> None:
     page.set_viewport_size({"width": width, "height": height})
     page.goto(address)

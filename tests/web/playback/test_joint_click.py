@@ -10,7 +10,7 @@ from tests import patient
 from tests.web.browser import until
 from tests.web.playback.test_framed import address
 
-pytestmark = [pytest.mark.browser, pytest.mark.lively]
+pytestmark = [pytest.mark.browser, pytest.mark.moving]
 __all__ = ["address"]
 
 

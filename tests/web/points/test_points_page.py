@@ -22,7 +22,7 @@ from tests.web.points.depth_takes import CAMERAS, DAMAGED, GAP, calibration, ima
 from tests.web.stages import serving, until
 from tests.web.test_page import studio
 
-pytestmark = [pytest.mark.browser, pytest.mark.lively]
+pytestmark = pytest.mark.browser
 FIRST, SECOND = CAMERA_COLOURS[:2]
 SURE = tuple(confidence_colours(np.array([1.0]))[0].tolist())
 SEEN = 300
@@ -65,6 +65,7 @@ def go(address: str, frame: int) -> None:
     patient.patch(f"{address}/api/v1/replay", json={"frame": frame}).raise_for_status()
 
 
+@pytest.mark.lively
 def test_points_of_each_camera_come_and_go(address: str, page: Page) -> None:
     replay(page, address)
     said = page.locator("#points-said")
@@ -85,6 +86,7 @@ def test_points_of_each_camera_come_and_go(address: str, page: Page) -> None:
     expect(said).to_be_hidden()
 
 
+@pytest.mark.lively
 def test_what_is_missing_is_said(address: str, page: Page) -> None:
     replay(page, address, GAP[3])
     said = page.locator("#points-said")
@@ -97,6 +99,7 @@ def test_what_is_missing_is_said(address: str, page: Page) -> None:
     until(lambda: coloured(page, SECOND) > SEEN)
 
 
+@pytest.mark.lively
 def test_a_take_that_plays_says_how_often_and_how_much(address: str, page: Page) -> None:
     replay(page, address, solve="")
     until(lambda: coloured(page, FIRST) > SEEN)
@@ -137,6 +140,7 @@ def sending(camera: Camera, message: Callable[[], Message]) -> Iterator[None]:
         thread.join()
 
 
+@pytest.mark.lively
 def test_live_depth_is_shown_as_it_comes(address: str, page: Page) -> None:
     """Small images at any time, whole ones while a take is recorded; what no longer comes is no longer shown."""
     page.goto(address)
