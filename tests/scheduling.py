@@ -19,6 +19,9 @@ REAL_TIME = (
 )
 """Tests with browsers and with programs that run in real time."""
 
+FIRST = ("tests/test_guards.py", "tests/test_site.py", "tests/test_examples.py")
+"""Files that take minutes: begun last, they would keep one core busy after all others."""
+
 
 def processes() -> int:
     """How many processes run the tests at the same time."""
@@ -33,7 +36,8 @@ class Scheduling(LoadScopeScheduling):
 
     def _assign_work_unit(self, node: "WorkerController") -> None:
         wanted = self.nodes.index(node) % 2 == 0
-        scope = next((name for name in self.workqueue if name.startswith(REAL_TIME) == wanted), None)
+        left = [name for name in self.workqueue if name.startswith(REAL_TIME) == wanted]
+        scope = min(left, key=lambda name: name not in FIRST, default=None)
         if scope is not None:
             self.workqueue.move_to_end(scope, last=False)
         super()._assign_work_unit(node)
