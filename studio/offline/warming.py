@@ -23,7 +23,7 @@ from studio.engine.whole_take.trace import TraceCollector
 from studio.simulator.demo import DemoStage, make_stage
 from studio.take.raw.records import camera_frame
 
-SECONDS = 0.7
+SECONDS = 0.4
 
 
 def prepare() -> None:
