@@ -16,7 +16,7 @@ from tests.acceptance.program import studio_program
 from tests.acceptance.test_first_light_browser import check_human
 from tests.engine.animation.export.readers.programs import read_with_ufbx
 from tests.engine.animation.export.scoring import position_error_cm
-from tests.web.browser import SELDOM_MS, drawing_every, quiet_page
+from tests.web.browser import SELDOM_MS, quiet_page, views_that_are
 
 BAR_S = 180.0
 READING_MS = 2000
@@ -80,7 +80,8 @@ def test_a_whole_shoot_within_three_minutes(tmp_path: Path, chromium: Browser) -
     sessions.mkdir()
     clock = Clock()
     program = studio_program(sessions, words=())  # as `./start` runs it
-    with drawing_every(SELDOM_MS), program as host, quiet_page(chromium) as page:
+    views = views_that_are("drawn", interval_ms=SELDOM_MS)
+    with views, program as host, quiet_page(chromium) as page:
         clock.done("the program answers")
         page.goto(f"http://{host}")
         expect(page.locator("#connection")).to_have_text("Connected", timeout=PATIENCE_MS)

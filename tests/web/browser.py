@@ -4,7 +4,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect, sync_playwright
@@ -23,10 +23,13 @@ WAIT_MS = 60_000
 """How long whatever is waited for may take: a machine that is busy is slow, not wrong."""
 
 SELDOM_MS, LIVELY_MS = 1000, 200
-UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
+View = Literal["absent", "still", "moving", "drawn"]
+UNHURRIED = """if (location.pathname.startsWith("/viewer") && "HOW" === "absent") {
+  stop();
+} else if (location.pathname.startsWith("/viewer")) {
   const next = window.requestAnimationFrame.bind(window), gl = WebGL2RenderingContext.prototype;
-  window.requestAnimationFrame = (call) => INTERVAL_MS && setTimeout(() => next(call), INTERVAL_MS);
-  if (EMPTY) {
+  window.requestAnimationFrame = (call) => "HOW" !== "still" && setTimeout(() => next(call), INTERVAL_MS);
+  if ("HOW" === "moving") {
     const { viewport } = gl;
     gl.viewport = function (x, y, width, height) {
       this.isTrial = width < 16;  // of what the browser can do, before the first picture
@@ -49,27 +52,30 @@ UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
     };
   }
 }"""
-"""Has the 3D view draw five frames a second where a test is marked `lively`, as many empty ones where it is marked
-`moving`, or none in other tests of the page, without multisampling: drawing by software would take a core from all
-other tests, and the first frame takes three seconds. It takes the browser for one with a graphics card, so that
-pictures of one test have the same resolution; where `?software` is asked for, it knows."""
+"""How a page's 3D view is.
+
+`drawn`: five frames a second without multisampling, because drawing by software takes a core from all other tests.
+`moving`: as many empty frames; its camera moves, and a click meets what is there.
+`still`: its program runs, gets all messages and waits for its first frame, which would take three seconds.
+`absent`: its program is not loaded, which is half the cost of opening the page.
+
+The view takes the browser for one with a graphics card, so that pictures of one test have the same resolution; where
+`?software` is asked for, it knows.
+"""
 
 expect.set_options(timeout=WAIT_MS)
 
-_interval_ms, _empty = 0, False
+_view: View = "still"
+_interval_ms = LIVELY_MS
 
 
 @contextmanager
-def drawing_every(interval_ms: int, *, empty: bool = False) -> Iterator[None]:
-    """The 3D views of pages that are opened in the block draw at this interval; 0 = never.
-
-    Args:
-        empty: the view does all but draw: its camera moves, a click meets what is there.
-    """
-    global _interval_ms, _empty
-    before, _interval_ms, _empty = (_interval_ms, _empty), interval_ms, empty
+def views_that_are(view: View, *, interval_ms: int = LIVELY_MS) -> Iterator[None]:
+    """The 3D views of pages that are opened in the block are so, with a frame in each interval."""
+    global _view, _interval_ms
+    before, _view, _interval_ms = (_view, _interval_ms), view, interval_ms
     yield
-    _interval_ms, _empty = before
+    _view, _interval_ms = before
 
 
 @contextmanager
@@ -91,8 +97,7 @@ def _make_patient(browser: Browser) -> None:
         def opened(**options: Any) -> Page | BrowserContext:
             made = new(**options)
             made.set_default_timeout(WAIT_MS)
-            drawn = UNHURRIED.replace("INTERVAL_MS", str(_interval_ms)).replace("EMPTY", str(_empty).lower())
-            made.add_init_script(drawn)
+            made.add_init_script(UNHURRIED.replace("INTERVAL_MS", str(_interval_ms)).replace("HOW", _view))
             return made
 
         return opened

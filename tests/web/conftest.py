@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page
 from studio.api.jobs import Jobs
 from studio.engine.base.errors import StudioError
 from studio.web import ViewHandle, mount
-from tests.web.browser import LIVELY_MS, drawing_every, quiet_page
+from tests.web.browser import View, quiet_page, views_that_are
 from tests.web.stages import FakeStage, FolderOfTakes, serving
 
 
@@ -21,10 +21,11 @@ def works_quickly(ready_worker: None) -> None:
 
 
 @pytest.fixture(autouse=True)
-def drawn_often(request: pytest.FixtureRequest) -> Iterator[None]:
-    """The 3D view draws for tests that look at its pictures; it only moves for those that use the pointer in it."""
-    lively, moving = (request.node.get_closest_marker(name) is not None for name in ("lively", "moving"))
-    with drawing_every(LIVELY_MS if lively or moving else 0, empty=moving):
+def view_as_marked(request: pytest.FixtureRequest) -> Iterator[None]:
+    """The 3D view does no more than the test's marks ask for."""
+    views: dict[str, View] = {"lively": "drawn", "moving": "moving", "viewing": "still"}
+    marked = (view for mark, view in views.items() if request.node.get_closest_marker(mark) is not None)
+    with views_that_are(next(marked, "absent")):
         yield
 
 

@@ -157,6 +157,7 @@ def documents(page: Page, url: str) -> Iterator[str]:
 PAGES = (stage_without_cameras, stage_with_cameras, replay, smaller_pages, blind_tests, documents)
 
 
+@pytest.mark.viewing
 @pytest.mark.parametrize("states", PAGES, ids=lambda states: states.__name__)
 def test_axe_finds_nothing(states: Callable[[Page, str], Iterator[str]], address: str, page: Page) -> None:
     found: list[str] = []

@@ -49,6 +49,7 @@ def shows(page: Page, body: str) -> bool:
 
 
 @pytest.mark.browser
+@pytest.mark.viewing
 def test_each_browser_shows_its_own_body(tmp_path: Path, chromium: Browser, page: Page) -> None:
     take_with_solves(tmp_path / "monday" / "one")
     with studio(tmp_path) as (app, _), serving(app) as url:

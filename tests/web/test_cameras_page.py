@@ -53,6 +53,7 @@ def test_the_page_behind_the_code_has_the_command(empty: str, page: Page) -> Non
     )
 
 
+@pytest.mark.viewing
 def test_the_latency_of_poses_is_shown(tmp_path: Path, page: Page) -> None:
     save_stage_calibration(tmp_path, NAMES)
     with studio(tmp_path) as (app, _), serving(app) as url, performing(url):

@@ -168,6 +168,7 @@ def test_the_view_comes_back_with_a_server_that_was_killed(server: ServerProcess
         expect(page.locator("#cameras .health")).to_have_text(["Good"] * 2)
 
 
+@pytest.mark.viewing
 def test_a_link_that_is_cut_without_a_word_is_noticed_and_made_anew(
     server: ServerProcess, page: Page
 ) -> None:

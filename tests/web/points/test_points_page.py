@@ -111,6 +111,7 @@ def test_a_take_that_plays_says_how_often_and_how_much(address: str, page: Page)
     assert "which a tablet takes" in (said.get_attribute("title") or "")
 
 
+@pytest.mark.viewing
 def test_the_words_are_french_in_a_french_browser(address: str, page: Page) -> None:
     page.goto(address)
     page.evaluate("localStorage.setItem('language', 'fr')")
