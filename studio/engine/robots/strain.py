@@ -44,7 +44,7 @@ def torque_shares(robot: Robot, qpos: Array, frame_s: float) -> Array | None:
         At the inner frames, shape (frame_count - 2, hinge_count).
     """
     torques = RobotTorques(robot, frame_s)
-    return torques.shares(qpos) if torques.given and len(qpos) > 2 else None
+    return torques.strain(qpos).shares if torques.given and len(qpos) > 2 else None
 
 
 def strained_joints(

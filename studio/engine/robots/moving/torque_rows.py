@@ -16,7 +16,7 @@ from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.free_joint import FREE_DOFS
 from studio.engine.robots.moving.kinematics import body_dofs
 from studio.engine.robots.moving.targets import SOLES
-from studio.engine.robots.moving.torques import BEARS_M, KEPT_SHARE, RobotTorques
+from studio.engine.robots.moving.torques import KEPT_SHARE, Strain
 from studio.engine.whole_take.finish.trajectory import point_jacobians, steps
 from studio.engine.whole_take.physics.blocks import Blocks
 from studio.engine.whole_take.physics.forces import ARM_M, EDGES, SHARING, ContactForces
@@ -24,15 +24,14 @@ from studio.engine.whole_take.physics.forces import ARM_M, EDGES, SHARING, Conta
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-NEAR_SHARE = 0.8
+NEAR_SHARE = 0.5
 """A torque above this share of its limit is a row: a step must not bring it beyond."""
 
 SIGMA_SHARE = 0.1
 """Standard deviation of a torque beyond `KEPT_SHARE`, as a share of its limit."""
 
-MARGIN_M = 0.005
-"""Corners of soles that come off the floor or down to it within this height are tried both ways: whether they bear
-must not change a torque so that it is beyond its limit."""
+ACROSS = 2.0 * KEPT_SHARE / SIGMA_SHARE
+"""Deviations from where a torque is kept on one side to the same on the other."""
 
 EPSILON = 1e-6
 """Step of the finite differences [rad or m], and least eigenvalue of what forces can do."""
@@ -52,11 +51,14 @@ class TorqueRows:
     rows: Array
     beyond: Array
 
-    def add_to(self, blocks: Blocks, chosen: NDArray[np.bool_], weight: Array) -> None:
-        """Add chosen rows, each with the weight of its frame, shape (frame_count - 2,)."""
+    def add_to(self, blocks: Blocks, sides: Indices, weight: Array) -> None:
+        """Add the rows that are beyond on a side (`sides_after`), each with the weight of its frame, shape
+        (frame_count - 2,)."""
+        chosen = sides != 0
         frames = self.frames[chosen]
         root = np.sqrt(weight[frames])
-        rows, beyond = root[:, None, None] * self.rows[chosen], root * self.beyond[chosen]
+        beyond = np.where(sides > 0, self.beyond, self.beyond + ACROSS)[chosen]
+        rows, beyond = root[:, None, None] * self.rows[chosen], root * beyond
         for k in np.unique(frames):
             (before, here, after), left = rows[frames == k].swapaxes(0, 1), beyond[frames == k]
             for frame, one in enumerate((before, here, after), start=int(k)):
@@ -66,6 +68,11 @@ class TorqueRows:
             blocks.next[k + 1] += here.T @ after
             blocks.second[k] += before.T @ after
 
+    def sides_after(self, step: Array) -> Indices:
+        """On which side each is beyond after a step: 1 = where it is now, -1 = on the other one, 0 = within."""
+        after = self.after(step)
+        return np.where(after > 0.0, 1, np.where(after < -ACROSS, -1, 0))
+
     def after(self, step: Array) -> Array:
         """What is beyond after a step, shape (frame_count, nv), if all was linear."""
         three = np.stack([step[self.frames + k] for k in range(3)], axis=1)
@@ -74,13 +81,13 @@ class TorqueRows:
 
 @dataclass(frozen=True)
 class _Moment:
-    """A frame's configuration, velocity and acceleration, the hinges that count, and the corners that bear."""
+    """A frame's configuration, velocity and acceleration, the corners that bear, and how firmly all do."""
 
     q: Array
     velocity: Array
     acceleration: Array
-    hinges: Indices
     bearing: Indices
+    firm: Array
 
 
 @dataclass(frozen=True)
@@ -95,49 +102,41 @@ class _Choice:
 class LinearTorques:
     """Torques of a robot near their limits, and how they change with its motion."""
 
-    def __init__(self, robot: Robot, torques: RobotTorques, dofs: Indices, frame_s: float) -> None:
+    def __init__(self, robot: Robot, dofs: Indices, frame_s: float) -> None:
         """Args: `dofs`: the degrees of freedom of the problem."""
-        self._robot, self._torques, self._dofs, self._frame_s = robot, torques, dofs, frame_s
+        self._robot, self._dofs, self._frame_s = robot, dofs, frame_s
         self._data = mujoco.MjData(robot.model)
         self._sites = robot.site_ids[SOLES.ravel()]
         self._moves = body_dofs(robot.model)[robot.model.site_bodyid[self._sites]]
         self._limit = np.abs(robot.torque_nm).min(axis=1)
 
-    def rows(self, q: Array) -> TorqueRows:
-        """Return the rows of whole configurations, shape (frame_count, nq)."""
-        way = steps(q)
+    def rows(self, strain: Strain) -> TorqueRows:
+        """Return the rows of a motion's torques."""
+        way = steps(strain.q)
         velocity = 0.5 * (way[1:] + way[:-1]) / self._frame_s
         acceleration = np.diff(way, axis=0) / self._frame_s**2
-        motion = self._torques.dynamics(q)
-        height = motion.points[1:-1, :, 2]
         frames, rows, beyond = [np.zeros(0, np.int64)], [np.zeros((0, 3, len(self._dofs)))], [np.zeros(0)]
-        for level in (BEARS_M, BEARS_M - MARGIN_M, BEARS_M + MARGIN_M):
-            bears = height < level
-            torque, forces = self._torques.under(motion, q, bears)
-            shares = self._torques.of_limits(torque)
-            if level != BEARS_M:
-                shares[((height < BEARS_M) == bears).all(axis=1)] = 0.0
-            for k in np.flatnonzero((shares > NEAR_SHARE).any(axis=1)):
-                hinges = np.flatnonzero(shares[k] > NEAR_SHARE)
-                bearing = np.flatnonzero(bears[k])
-                moment = _Moment(q[k + 1], velocity[k], acceleration[k], hinges, bearing)
-                swept = self._swept(moment)
-                for choice in _choices(forces, int(k), bearing):
-                    one, left = self._of(moment, swept, choice, torque[k, hinges])
-                    frames.append(np.full(len(left), k))
-                    rows.append(one)
-                    beyond.append(left)
+        near, needed = strain.shares > NEAR_SHARE, strain.needed > NEAR_SHARE
+        for k in np.flatnonzero((near | needed).any(axis=1)):
+            bearing = np.flatnonzero(strain.firm[k])
+            moment = _Moment(strain.q[k + 1], velocity[k], acceleration[k], bearing, strain.firm[k])
+            swept = self._swept(moment)
+            for choice in _choices(strain.forces, int(k), bearing):
+                hinges = np.flatnonzero((needed if choice.corners is None else near)[k])
+                one, left = self._of(hinges, swept, choice)
+                frames.append(np.full(len(left), k))
+                rows.append(one)
+                beyond.append(left)
         return TorqueRows(np.concatenate(frames), np.concatenate(rows), np.concatenate(beyond))
 
-    def _of(self, moment: _Moment, swept: "_Swept", choice: _Choice, seen: Array) -> tuple[Array, Array]:
+    def _of(self, hinges: Indices, swept: "_Swept", choice: _Choice) -> tuple[Array, Array]:
         """Rows of a moment's torques, and how far they are beyond, in deviations."""
-        sign, limit = np.sign(seen), self._limit[moment.hinges]
-        at, pose, turn, push = swept.derivatives(FREE_DOFS + moment.hinges, self._dofs, choice)
-        torque = np.maximum(sign * at, np.abs(seen)) if choice.corners is None else np.abs(seen)
+        limit = self._limit[hinges]
+        torque, pose, turn, push = swept.derivatives(FREE_DOFS + hinges, self._dofs, choice)
         scale = SIGMA_SHARE * limit
         turn, push = turn / (2.0 * self._frame_s), push / self._frame_s**2
         rows = np.stack([push - turn, pose - 2.0 * push, push + turn], axis=1)
-        return (sign / scale)[:, None, None] * rows, (torque - KEPT_SHARE * limit) / scale
+        return (np.sign(torque) / scale)[:, None, None] * rows, (np.abs(torque) - KEPT_SHARE * limit) / scale
 
     def _swept(self, moment: _Moment) -> "_Swept":
         """What acts at a moment, and a little beside it in each degree of freedom."""
@@ -171,7 +170,7 @@ class LinearTorques:
             mujoco.mj_rne(model, data, 1, row)
             data.qvel[dof] = moment.velocity[dof]
         ways = point_jacobians(places - mass, screws).reshape(count, len(sites), 3, nv)
-        ways *= self._moves[moment.bearing, None]
+        ways *= self._moves[moment.bearing, None] * moment.firm[moment.bearing, None, None]
         return _Swept(force, ways, mass[:, 0] - configurations[:, :3], own, fast, inertia)
 
 
@@ -181,7 +180,7 @@ class _Swept:
 
     Attributes:
         force: at the moment, and beside it in pose, shape (1 + n, nv).
-        ways: Jacobians of the corners that bear, there, shape (1 + n, corner_count, 3, nv).
+        ways: Jacobians of the corners that bear, there, times how firmly, shape (1 + n, corner_count, 3, nv).
         centre: centre of mass from the base, there [m], shape (1 + n, 3).
         own: the base's axes, there, shape (1 + n, 3, 3).
         fast: forces beside the moment in velocity, shape (n, nv).
@@ -222,7 +221,7 @@ def _shares_of_base(ways: Array, centre: Array, own: Array, hinges: Indices, cho
     hinge_count, 6).
 
     Args:
-        ways: Jacobians of the corners that bear, shape (count, corner_count, 3, nv).
+        ways: Jacobians of the corners that bear, times how firmly, shape (count, corner_count, 3, nv).
         centre: centre of mass from the base [m], shape (count, 3).
         own: the base's axes, shape (count, 3, 3).
         hinges: degrees of freedom.

@@ -3,6 +3,8 @@
 The forces are those that best explain the motion, within friction cones (`whole_take.physics.forces`).
 """
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,17 +12,49 @@ from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.moving.targets import SOLES
 from studio.engine.whole_take.finish.trajectory import steps
 from studio.engine.whole_take.physics.dynamics import Dynamics, dynamics
-from studio.engine.whole_take.physics.forces import ContactForces, contact_forces
+from studio.engine.whole_take.physics.forces import ARM_M, ContactForces, contact_forces
 from studio.engine.whole_take.physics.points import FloorPoints
 from studio.engine.whole_take.physics.torques import InverseDynamics
 
 Array = NDArray[np.float64]
 
-BEARS_M = 0.02
-"""A corner of a sole that is lower bears."""
+BEARS_M, SOFT_M, SOFTEST = 0.02, 0.005, 1e-4
+"""A corner of a sole that is lower bears. Around this height it bears the less firmly the higher it is, down to the
+least: forces pass from corner to corner over some height, as under a sole that gives, not from frame to frame."""
+
+LEAST = 1e-6
+"""Least eigenvalue of what forces can do."""
 
 KEPT_SHARE = 0.9
 """Share of a limit from which a solve keeps away."""
+
+
+def firmness(height_m: Array) -> Array:
+    """Return how firmly corners of soles bear at heights over the floor, 0..1, same shape."""
+    share = (height_m - (BEARS_M - SOFT_M)) / (2.0 * SOFT_M)
+    return np.where(share < 1.0, SOFTEST ** np.clip(share, 0.0, 1.0), 0.0)
+
+
+@dataclass(frozen=True)
+class Strain:
+    """What a motion asks of a robot's hinges at its inner frames.
+
+    Attributes:
+        q: the whole configurations, shape (frame_count, nq).
+        soles_m: corners of the soles, shape (frame_count, 8, 3).
+        firm: how firmly corners of the soles bear, 0..1, shape (frame_count - 2, 8).
+        forces: of the floor.
+        shares: torques as shares of their limits, 0 where none is given, shape (frame_count - 2, hinge_count).
+        needed: the same under forces of the floor that may also pull: beyond a limit where the centre of pressure is
+            beyond the sole.
+    """
+
+    q: Array
+    soles_m: Array
+    firm: Array
+    forces: ContactForces
+    shares: Array
+    needed: Array
 
 
 class RobotTorques:
@@ -32,35 +66,36 @@ class RobotTorques:
         self._points = FloorPoints(
             robot.model.site_bodyid[sites].astype(np.int64), robot.model.site_pos[sites], np.zeros(len(sites))
         )
-        self._inverse = InverseDynamics(robot, self._points, robot.torque_nm, frame_s)
+        self._inverse = InverseDynamics(robot, self._points, frame_s)
         self.given = bool(np.isfinite(robot.torque_nm).any())
         """Whether any hinge has a limit."""
 
-    def shares(self, q: Array) -> Array:
-        """Return torques as shares of their limits at the inner frames of configurations, shape (frame_count, nq).
+    def strain(self, q: Array) -> Strain:
+        """Return what whole configurations, shape (frame_count, nq), ask of the hinges."""
+        motion = dynamics(self._robot, q, self._frame_s, self._points)
+        firm = firmness(motion.points[1:-1, :, 2])
+        forces = contact_forces(motion, firm, shared=True)
+        torque = self._inverse.torques(q, steps(q), forces)
+        any_forces = replace(forces, at_points=_any_forces(motion, firm))
+        needed = self._inverse.torques(q, steps(q), any_forces)
+        return Strain(q, motion.points, firm, forces, self._of_limits(torque), self._of_limits(needed))
 
-        Returns:
-            Shape (frame_count - 2, hinge_count); 0 where no limit is given.
-        """
-        motion = self.dynamics(q)
-        return self.of_limits(self.under(motion, q, motion.points[1:-1, :, 2] < BEARS_M)[0])
-
-    def of_limits(self, torque: Array) -> Array:
-        """Return torques [N m], shape (..., hinge_count), as shares of their limits."""
+    def _of_limits(self, torque: Array) -> Array:
+        """Torques [N m] as shares of their limits."""
         low, high = self._robot.torque_nm.T
         return np.maximum(torque / low, torque / high)
 
-    def dynamics(self, q: Array) -> Dynamics:
-        """Return what moves the robot in whole configurations, shape (frame_count, nq)."""
-        return dynamics(self._robot, q, self._frame_s, self._points)
 
-    def under(self, motion: Dynamics, q: Array, bears: NDArray[np.bool_]) -> tuple[Array, ContactForces]:
-        """Return torques [N m], shape (frame_count - 2, hinge_count), and the forces of the floor.
-
-        Args:
-            motion: dynamics of the configurations.
-            q: the configurations.
-            bears: which corners of the soles bear at the inner frames, shape (frame_count - 2, 8).
-        """
-        forces = contact_forces(motion, bears, shared=True)
-        return self._inverse.torques(q, steps(q), forces).torque, forces
+def _any_forces(motion: Dynamics, firm: Array) -> Array:
+    """The least forces at corners, pulling or pushing, that explain a motion [N], shape (frame_count - 2, 8, 3)."""
+    frames, count = firm.shape
+    effects = np.zeros((frames, count, 3, 6))
+    effects[..., :3] = np.eye(3)
+    arms = (motion.points[1:-1] - motion.com[1:-1, None]) / ARM_M
+    effects[..., 3:] = np.cross(arms[:, :, None], np.eye(3))
+    effects *= firm[..., None, None]
+    effects = effects.reshape(frames, -1, 6)
+    square = np.matmul(effects.swapaxes(1, 2), effects) + LEAST * np.eye(6)
+    wanted = np.hstack([motion.force, motion.moment / ARM_M])
+    forces = np.matmul(effects, np.linalg.solve(square, wanted[..., None])).reshape(frames, count, 3)
+    return firm[..., None] * forces

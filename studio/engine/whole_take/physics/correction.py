@@ -23,7 +23,7 @@ from studio.engine.whole_take.physics.dynamics import GRAVITY_M_S2, Dynamics, bo
 from studio.engine.whole_take.physics.forces import ARM_M, ContactForces, bearing, contact_forces
 from studio.engine.whole_take.physics.points import SOLE_POINTS, floor_points
 from studio.engine.whole_take.physics.strength import torque_bounds
-from studio.engine.whole_take.physics.torques import InverseDynamics
+from studio.engine.whole_take.physics.torques import InverseDynamics, excess
 
 ITERATIONS = 3
 
@@ -59,7 +59,8 @@ class WindowStep(Smoother):
         self._humanoid = humanoid
         self._points = floor_points(humanoid)
         self._mass_kg = body_mass_kg(humanoid)
-        self._inverse = InverseDynamics(humanoid, self._points, torque_bounds(self._mass_kg), dt)
+        self._bounds = torque_bounds(self._mass_kg)
+        self._inverse = InverseDynamics(humanoid, self._points, dt)
         self._data = mujoco.MjData(humanoid.model)
 
     def _normal(
@@ -85,8 +86,8 @@ class WindowStep(Smoother):
         seen *= weight[:, None, None] / sigma
         before, here, after = (seen @ jacobian for jacobian in self._wrench_jacobians(motion, forces))
         blocks.add_rows(before, here, after, residual * weight[:, None])
-        torques = self._inverse.torques(q, steps(q), contact_forces(motion, bears, shared=True))
-        self._inverse.add_rows(blocks, q, torques, TORQUE_SIGMA_NM_KG * self._mass_kg)
+        torque = self._inverse.torques(q, steps(q), contact_forces(motion, bears, shared=True))
+        self._inverse.add_rows(blocks, q, excess(torque, self._bounds), TORQUE_SIGMA_NM_KG * self._mass_kg)
 
     def _wrench_jacobians(
         self, motion: Dynamics, forces: ContactForces

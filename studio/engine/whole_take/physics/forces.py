@@ -55,12 +55,14 @@ def bearing(motion: Dynamics, points: FloorPoints, floor_m: float) -> NDArray[np
     return motion.points[1:-1, :, 2] - points.flesh_m - floor_m < BEARING_HEIGHT_M
 
 
-def contact_forces(motion: Dynamics, bears: NDArray[np.bool_], *, shared: bool = False) -> ContactForces:
+def contact_forces(
+    motion: Dynamics, bears: NDArray[np.bool_] | NDArray[np.float64], *, shared: bool = False
+) -> ContactForces:
     """Return the forces that best explain the motion.
 
     Args:
         motion: of K + 2 frames.
-        bears: which points may bear, shape (K, P).
+        bears: which points may bear, or how firmly, 0..1, shape (K, P): forces of `shared` ones cost the less.
         shared: spread forces of equal effect over the points; the residual is then a little greater.
     """
     frames, count = bears.shape
@@ -71,8 +73,10 @@ def contact_forces(motion: Dynamics, bears: NDArray[np.bool_], *, shared: bool =
     effects = np.empty((frames, count, 4, 6))
     effects[..., :3] = EDGES
     effects[..., 3:] = np.cross(arms[:, :, None], EDGES)
+    effects *= bears[..., None, None]
     for k in np.flatnonzero(bears.any(axis=1)):
-        columns = effects[k, bears[k]].reshape(-1, 6).T
+        on = bears[k] > 0
+        columns = effects[k, on].reshape(-1, 6).T
         size = columns.shape[1]
         if shared:
             rows = np.vstack([columns, SHARING * np.eye(size)])
@@ -82,6 +86,6 @@ def contact_forces(motion: Dynamics, bears: NDArray[np.bool_], *, shared: bool =
             used = columns[:, weights > 0.0]
             if used.shape[1]:
                 free[k] -= used @ np.linalg.pinv(used)
-        along[k, bears[k]] = weights.reshape(-1, 4)
+        along[k, on] = weights.reshape(-1, 4) * bears[k, on, None]
         residual[k] -= columns @ weights
     return ContactForces(along @ EDGES, residual, free, along)

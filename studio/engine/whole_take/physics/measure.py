@@ -14,7 +14,7 @@ from studio.engine.whole_take.physics.dynamics import body_mass_kg, dynamics
 from studio.engine.whole_take.physics.forces import ARM_M, bearing, contact_forces
 from studio.engine.whole_take.physics.points import SOLE_POINTS, floor_points
 from studio.engine.whole_take.physics.strength import torque_bounds
-from studio.engine.whole_take.physics.torques import InverseDynamics
+from studio.engine.whole_take.physics.torques import InverseDynamics, excess
 
 STANDS = 0.99
 """A joint with at least this hold stands."""
@@ -56,7 +56,8 @@ class Meter:
         self._humanoid, self._dt = humanoid, dt
         self._points = floor_points(humanoid)
         self._kinematics = Kinematics(humanoid)
-        self._inverse = InverseDynamics(humanoid, self._points, torque_bounds(body_mass_kg(humanoid)), dt)
+        self._bounds = torque_bounds(body_mass_kg(humanoid))
+        self._inverse = InverseDynamics(humanoid, self._points, dt)
 
     def measured(
         self, q: NDArray[np.float64], contacts: Contacts | None
@@ -66,13 +67,13 @@ class Meter:
         floor_m = floor_height_m(contacts)
         motion = dynamics(self._humanoid, q, self._dt, self._points)
         forces = contact_forces(motion, bearing(motion, self._points, floor_m), shared=True)
-        torques = self._inverse.torques(q, steps(q), forces)
+        beyond = excess(self._inverse.torques(q, steps(q), forces), self._bounds)
         joints = self._kinematics.sites(q)
         soles = motion.points[:, :SOLE_POINTS, 2]
         figures = PhysicsFigures(
             force_n=_edged(np.linalg.norm(forces.residual[:, :3], axis=1)),
             moment_nm=_edged(ARM_M * np.linalg.norm(forces.residual[:, 3:], axis=1)),
-            excess_nm=_edged(np.abs(torques.excess).sum(axis=1)),
+            excess_nm=_edged(np.abs(beyond).sum(axis=1)),
             slide_m_s=self._slide(joints[:, list(JOINTS)], contacts),
             sunk_m=np.maximum(floor_m - soles.min(axis=1), 0.0),
         )

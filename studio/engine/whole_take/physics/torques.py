@@ -1,7 +1,5 @@
 """Joint torques by inverse dynamics under contact forces, and their excess over the joints' bounds."""
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -13,31 +11,22 @@ from studio.engine.whole_take.physics.forces import ContactForces
 from studio.engine.whole_take.physics.points import FloorPoints
 
 
-@dataclass(frozen=True)
-class Torques:
-    """Torques at the inner frames of a trajectory of F frames.
-
-    Attributes:
-        torque: of each hinge [N m], shape (F - 2, hinges).
-        excess: torque beyond the bounds, signed, same shape.
-    """
-
-    torque: NDArray[np.float64]
-    excess: NDArray[np.float64]
+def excess(torque: NDArray[np.float64], bounds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return torques, shape (..., hinges), beyond their bounds, shape (hinges, 2), signed [N m]."""
+    return torque - np.clip(torque, *bounds.T)
 
 
 class InverseDynamics:
     """Torques of a body's trajectories, frames `dt` apart [s]."""
 
-    def __init__(
-        self, humanoid: SitedModel, points: FloorPoints, bounds: NDArray[np.float64], dt: float
-    ) -> None:
+    def __init__(self, humanoid: SitedModel, points: FloorPoints, dt: float) -> None:
         self._model, self._data = humanoid.model, mujoco.MjData(humanoid.model)
         self._points, self._dt = points, dt
-        self._low, self._high = bounds.T
 
-    def torques(self, q: NDArray[np.float64], steps: NDArray[np.float64], forces: ContactForces) -> Torques:
-        """Return the torques of configurations, shape (F, nq).
+    def torques(
+        self, q: NDArray[np.float64], steps: NDArray[np.float64], forces: ContactForces
+    ) -> NDArray[np.float64]:
+        """Return the torques of configurations, shape (F, nq), at the inner frames [N m], shape (F - 2, hinges).
 
         Args:
             q: the configurations.
@@ -59,24 +48,25 @@ class InverseDynamics:
                 place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ self._points.offsets_m[point]
                 mujoco.mj_jac(model, data, jacobian, None, place, body)
                 torque[k] -= forces.at_points[k, point] @ jacobian
-        hinges = torque[:, FREE_DOFS:]
-        return Torques(hinges, hinges - np.clip(hinges, self._low, self._high))
+        return torque[:, FREE_DOFS:]
 
-    def add_rows(self, blocks: Blocks, q: NDArray[np.float64], torques: Torques, sigma_nm: float) -> None:
-        """Add a row with Cauchy costs for every hinge and frame with an excessive torque; forces count as
-        constant."""
+    def add_rows(
+        self, blocks: Blocks, q: NDArray[np.float64], beyond: NDArray[np.float64], sigma_nm: float
+    ) -> None:
+        """Add a row with Cauchy costs for every hinge and frame with a torque `beyond` its bounds (`excess`); forces
+        count as constant."""
         model, data = self._model, self._data
         inertia = np.empty((model.nv, model.nv))
-        for k in np.flatnonzero(torques.excess.any(axis=1)):
+        for k in np.flatnonzero(beyond.any(axis=1)):
             self._place(q[k + 1])
             mujoco.mj_makeM(model, data)
             mujoco.mj_fullM(model, data, inertia)
-            hinges = np.flatnonzero(torques.excess[k])
-            excess = torques.excess[k, hinges] / sigma_nm
-            weight = 1.0 / (1.0 + excess**2)
+            hinges = np.flatnonzero(beyond[k])
+            left = beyond[k, hinges] / sigma_nm
+            weight = 1.0 / (1.0 + left**2)
             rows = inertia[FREE_DOFS + hinges] / (sigma_nm * self._dt**2)
             square = (weight[:, None] * rows).T @ rows
-            pull = (weight * excess) @ rows
+            pull = (weight * left) @ rows
             _add_difference(blocks, int(k), square, pull)
 
     def _place(self, q: NDArray[np.float64]) -> None:

@@ -49,7 +49,7 @@ def test_the_torques_of_a_stance_are_mujocos(tmp_path: Path):
     q = robot.standing
     q[7:] = np.where([name.startswith(("l_s", "r_s")) for name in robot.joint_names], 0.3, q[7:])
     limited = replace(robot, torque_nm=np.tile([-1.0, 1.0], (len(q) - 7, 1)))
-    shares = RobotTorques(limited, 0.01).shares(np.tile(q, (4, 1)))[0]
+    shares = RobotTorques(limited, 0.01).strain(np.tile(q, (4, 1))).shares[0]
     data = mujoco.MjData(robot.model)
     data.qpos[:] = q
     robot.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
@@ -64,7 +64,7 @@ def test_torques_of_weak_arms_are_kept_within_their_limits(tmp_path: Path, test_
     targets = targets_of(robot, performed(walk))
     free = replace(robot, torque_nm=np.tile([-1.0, 1.0], (robot.active.size, 1)))
     before = retargeted(robot, targets, Retargeting(strength=False))
-    most = np.abs(RobotTorques(free, targets.frame_s).shares(before)).max(axis=0)
+    most = RobotTorques(free, targets.frame_s).strain(before).shares.max(axis=0)
     arms = [name.startswith(("l_s", "r_s", "l_e", "r_e")) for name in robot.joint_names]
     weak = replace(robot, torque_nm=np.where(arms, 0.8 * most, np.inf)[:, None] * [-1.0, 1.0])
     near = robot_figures(weak, retargeted(weak, targets, Retargeting(give_way=False)), targets)
@@ -100,9 +100,9 @@ def test_rows_tell_how_torques_change(tmp_path: Path):
     kinematics, torques = RobotKinematics(robot), RobotTorques(robot, frame_s)
     way = np.random.default_rng(3).normal(size=(2, frames, len(kinematics.dofs)))
     q = moved(np.tile(kinematics.reduced(robot.standing[None]), (frames, 1)), 1e-5 * way[0])
-    rows = LinearTorques(robot, torques, kinematics.dofs, frame_s).rows(kinematics.whole(q))
+    rows = LinearTorques(robot, kinematics.dofs, frame_s).rows(torques.strain(kinematics.whole(q)))
     step = 1e-8 * way[1]
-    before, after = (torques.shares(kinematics.whole(one)) for one in (q, moved(q, step)))
+    before, after = (torques.strain(kinematics.whole(one)).shares for one in (q, moved(q, step)))
     at = np.argwhere(before > 0.8)
     seen = (rows.beyond * SIGMA_SHARE + KEPT_SHARE)[:, None]
     change = (rows.after(step) - rows.beyond) * SIGMA_SHARE
@@ -112,6 +112,29 @@ def test_rows_tell_how_torques_change(tmp_path: Path):
         assert (
             np.abs(change[mine] - (after - before)[frame, hinge]).min() < 1e-3 * np.abs(after - before).max()
         )
+
+
+def test_forces_pass_to_a_foot_that_comes_down_over_some_height(tmp_path: Path):
+    """From 3 cm over the floor to 1 cm, no torque changes by more than a fifth of its whole change in 0.25 mm."""
+    robot = child(tmp_path)
+    robot = replace(robot, torque_nm=np.tile([-1.0, 1.0], (len(robot.standing) - 7, 1)))
+    knee, hip, ankle = (robot.joint_names.index(f"l_{name}") for name in ("k_pitch0", "h_pitch2", "a_pitch0"))
+    torques, shares, heights = RobotTorques(robot, 0.01), [], []
+    for bend in np.linspace(0.2, 0.8, 160):
+        q = robot.standing.copy()
+        q[7 + np.array([hip, knee, ankle])] += [-0.5 * bend, bend, -0.5 * bend]
+        strain = torques.strain(np.tile(q, (3, 1)))
+        shares.append(strain.shares[0])
+        heights.append(strain.soles_m[0, :4, 2].min())
+    order, near = np.argsort(heights), (np.sort(heights) > 0.01) & (np.sort(heights) < 0.03)
+    height, share = np.array(heights)[order][near], np.array(shares)[order][near]
+    assert height[0] < 0.012
+    assert height[-1] > 0.028
+    most = np.ptp(share, axis=0).max()
+    assert most > 1.0
+    at = np.arange(height[0], height[-1], 0.00025)
+    even = np.stack([np.interp(at, height, one) for one in share.T], axis=1)
+    assert np.abs(np.diff(even, axis=0)).max() < 0.2 * most
 
 
 def test_where_a_motion_gave_way_is_told():
