@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,14 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import FormatError, NotAvailableError
 from studio.engine.base.files import write_atomically
 from studio.engine.robots.body.robot import Robot
+from studio.engine.robots.body.shapes import BONE_M, bare_bones
 from studio.engine.robots.motion import RobotMotion
 
+if TYPE_CHECKING:
+    import mujoco
+
 Image = NDArray[np.uint8]
+Vector = NDArray[np.float64]
 
 WIDTH, HEIGHT = 480, 480
 STRIP = 8
@@ -23,6 +29,8 @@ STRIP = 8
 VIDEO_HZ = 30
 _VISIBLE = (0, 1, 2, 4)
 """Groups of geoms that are shown: MuJoCo's usual ones, and the floor."""
+
+_GREY = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
 
 _COLLIDING = 3
 """Group of geoms that collide, in most models; shown where nothing else is to be seen."""
@@ -69,7 +77,7 @@ def pictures(robot: Robot, motion: RobotMotion, frames: Sequence[int] | NDArray[
         option.geomgroup[list(_VISIBLE)] = 1
         groups = robot.model.geom_group[robot.model.geom_bodyid > 0]
         option.geomgroup[_COLLIDING] = int(not np.isin(groups, _VISIBLE).any())
-        camera = mujoco.MjvCamera()
+        camera, bones = mujoco.MjvCamera(), list(bare_bones(robot.model))
         camera.distance, camera.elevation = 3.6 * robot.leg_m, -10.0
         for frame in frames:
             data.qpos[:] = motion.qpos[frame]
@@ -78,7 +86,20 @@ def pictures(robot: Robot, motion: RobotMotion, frames: Sequence[int] | NDArray[
             ahead = data.xmat[1].reshape(3, 3)[:2, 0]
             camera.azimuth = np.degrees(np.arctan2(ahead[1], ahead[0])) + 150.0
             renderer.update_scene(data, camera, option)
+            _add_bones(renderer.scene, data, bones)
             yield renderer.render().copy()
+
+
+def _add_bones(scene: "mujoco.MjvScene", data: "mujoco.MjData", bones: Sequence[tuple[int, Vector]]) -> None:
+    """Add a capsule for each bone of bodies that have no geom; see `bare_bones`."""
+    import mujoco
+
+    capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
+    for body, end in bones[: scene.maxgeom - scene.ngeom]:
+        geom, begin = scene.geoms[scene.ngeom], data.xpos[body]
+        mujoco.mjv_initGeom(geom, capsule, np.zeros(3), np.zeros(3), np.zeros(9), _GREY)
+        mujoco.mjv_connector(geom, capsule, BONE_M, begin, begin + data.xmat[body].reshape(3, 3) @ end)
+        scene.ngeom += 1
 
 
 def _write_strip(robot: Robot, motion: RobotMotion, out: Path, frames: NDArray[np.int64]) -> None:
@@ -114,7 +135,7 @@ def play(robot: Robot, motion: RobotMotion) -> None:
     import mujoco
     import mujoco.viewer
 
-    data = mujoco.MjData(robot.model)
+    data, bones = mujoco.MjData(robot.model), list(bare_bones(robot.model))
     times = motion.time_s - motion.time_s[0]
     with mujoco.viewer.launch_passive(robot.model, data) as viewer:
         begin_s = time.monotonic()
@@ -122,5 +143,10 @@ def play(robot: Robot, motion: RobotMotion) -> None:
             now_s = (time.monotonic() - begin_s) % max(float(times[-1]), 1e-3)
             data.qpos[:] = motion.qpos[min(int(np.searchsorted(times, now_s)), len(times) - 1)]
             mujoco.mj_forward(robot.model, data)
+            scene = viewer.user_scn
+            if scene is not None:
+                with viewer.lock():
+                    scene.ngeom = 0
+                    _add_bones(scene, data, bones)
             viewer.sync()
             time.sleep(0.01)

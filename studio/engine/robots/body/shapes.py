@@ -50,20 +50,16 @@ def robot_shapes(robot: Robot) -> list[Shape]:
     """Return what a robot looks like: its meshes and other geoms; without meshes, bodies that have none get capsules
     along their bones."""
     model = robot.model
-    own = np.flatnonzero(model.geom_bodyid > 0)
-    seen = own[np.isin(model.geom_group[own], VISIBLE_GROUPS) & (model.geom_rgba[own, 3] > 0.0)]
     parts: dict[tuple[int, Rgb], list[Mesh]] = {}
-    for geom in seen if len(seen) else own:
+    for geom in seen_geoms(model):
         made = _triangles(model, int(geom))
         if made is not None:
             key = int(model.geom_bodyid[geom]), _colour(model, int(geom))
             place = made[0] @ matrices(model.geom_quat[geom]).T + model.geom_pos[geom]
             parts.setdefault(key, []).append((place, made[1]))
-    shown = {body for body, _ in parts}
-    if not (model.geom_type[own] == mujoco.mjtGeom.mjGEOM_MESH).any():
-        for body, made in _bones(model):
-            if body not in shown:
-                parts.setdefault((body, _GREY), []).append(made)
+    for body, end in bare_bones(model):
+        points = np.concatenate([BONE_M * _BALL, BONE_M * _BALL + end])
+        parts.setdefault((body, _GREY), []).append(_hull(points))
     return [_shape(body, rgb, pieces) for (body, rgb), pieces in parts.items()]
 
 
@@ -159,10 +155,21 @@ _POINTS: dict[mujoco.mjtGeom, Callable[[Array], Array]] = {
 """Kind of geom -> points whose convex hull it is, by its size."""
 
 
-def _bones(model: mujoco.MjModel) -> Iterator[tuple[int, Mesh]]:
-    """Yield a capsule from each body to each that hangs on it, in its axes."""
+def bare_bones(model: mujoco.MjModel) -> Iterator[tuple[int, Array]]:
+    """Yield each body of a model without meshes that has no geom to be seen, and where a body hangs on it [m], in its
+    axes, shape (3,); a capsule shows each."""
+    own = np.flatnonzero(model.geom_bodyid > 0)
+    if (model.geom_type[own] == mujoco.mjtGeom.mjGEOM_MESH).any():
+        return
+    shown = {int(model.geom_bodyid[geom]) for geom in seen_geoms(model)}
     for child in range(2, model.nbody):
-        end = model.body_pos[child]
-        if np.linalg.norm(end) > BONE_M:
-            points = np.concatenate([BONE_M * _BALL, BONE_M * _BALL + end])
-            yield int(model.body_parentid[child]), _hull(points)
+        body, end = int(model.body_parentid[child]), model.body_pos[child]
+        if body not in shown and np.linalg.norm(end) > BONE_M:
+            yield body, end
+
+
+def seen_geoms(model: mujoco.MjModel) -> NDArray[np.int64]:
+    """Return the geoms of bodies that are shown: all where none is meant to be seen."""
+    own = np.flatnonzero(model.geom_bodyid > 0)
+    seen = own[np.isin(model.geom_group[own], VISIBLE_GROUPS) & (model.geom_rgba[own, 3] > 0.0)]
+    return seen if len(seen) else own

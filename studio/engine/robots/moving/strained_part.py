@@ -44,8 +44,8 @@ GIVES_WAY, GIVES_MOST = 1.2, 100.0
 """Factor by which the motion gives way more with each step near torques beyond limits, and at most."""
 
 FALLS_SHARE, INSIDE_M, MASS_M, MASS_SIGMA_M = 3.0, 0.02, 0.1, 0.01
-"""Share of a torque's limit beyond which a robot that needs it would fall; how far inside the support the centre of mass
-is brought, the longest way of it that pulls, and its deviation."""
+"""Share of a torque's limit beyond which a robot that needs it would fall; how far inside the support its centre of
+mass is brought, the longest way of it that pulls, and its deviation."""
 
 STANDING_UP, STANDS_UP = 16, 1.5
 """Most steps in which the centre of mass comes over the support, and how much more the motion gives way in each."""
