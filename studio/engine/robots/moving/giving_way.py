@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from studio.engine.base.arrays import runs
 from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.moving.solver import FIRM_ITERATION, RobotSolver, apart_m
-from studio.engine.robots.moving.strained_part import HELD, Around, StrainedPart
+from studio.engine.robots.moving.strained_part import HELD, NearFrames, StrainedPart
 from studio.engine.robots.moving.targets import Targets
 from studio.engine.robots.moving.torque_rows import LinearTorques
 from studio.engine.robots.moving.torques import RobotTorques, Strain
@@ -40,7 +40,7 @@ class GivingWay:
         self._robot, self._solver, self._gives_way = robot, solver, gives_way
         self._torques = RobotTorques(robot, frame_s)
         self._linear = LinearTorques(robot, solver.kinematics.dofs, frame_s)
-        self._around = Around(frame_s)
+        self._around = NearFrames(frame_s)
 
     def kept(self, q: Array, targets: Targets, apart: bool, progress: Callable[[float], None]) -> Array:
         """Return configurations, shape (frame_count, 7 + active), with torques within their limits, or nearer."""

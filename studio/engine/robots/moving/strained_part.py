@@ -82,7 +82,7 @@ ANCHOR_S, ANCHOR_RAD = 0.4, (1e-4, 3.0)
 
 
 @dataclass(frozen=True)
-class Around:
+class NearFrames:
     """Spreads figures of inner frames over the time around them."""
 
     frame_s: float
@@ -148,7 +148,7 @@ class StrainedPart:
         self._solver, self._strain, self._linear, self._targets = solver, strain, linear, targets
         self._held, self._apart_m = held, apart_m
         self.weight, self.ease = weight.copy(), ease.copy()
-        self._around = Around(targets.frame_s)
+        self._around = NearFrames(targets.frame_s)
         self._anchor = _anchor(len(q), held, targets.frame_s)
         self._before = q
         self._best = self._seen(q)
