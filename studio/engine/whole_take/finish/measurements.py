@@ -110,7 +110,7 @@ class Measurements:
         if not self.depthless.any() or len(self.depthless) < 2:
             return self
         span = 2 * round(ALONE_S / frame_s) + 1
-        sees = maximum_filter1d((self.lateral > 0.0).any(axis=2).astype(np.uint8), span, axis=0)
+        sees = maximum_filter1d(self.lateral.max(axis=2) > 0.0, span, axis=0)
         alone = (sees.sum(axis=1) == 1)[:, None] & self.depthless
         share = np.where(alone, ALONE_SHARE, 1.0)[:, :, None]
         return replace(self, axial=self.axial * share, lateral=self.lateral * share)
