@@ -45,5 +45,5 @@ export function calibrationWords(take, { calibration }) {
 /** Show what is not good of a calibration, camera by camera, with what to do; nothing where all is. */
 export function showVerdicts(take, { calibration: { cameras, reference } }) {
   if (!reasonsOf(cameras).length) return;
-  tell(t("take.calibration_of", { name: take.name }), h("ul", { class: "verdicts" }, verdictCards(cameras, reference)));
+  tell(t("take.calibration_of", { name: take.name }), h("ul", { class: "verdicts", tabIndex: 0 }, verdictCards(cameras, reference)));
 }
