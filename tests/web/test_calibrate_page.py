@@ -8,11 +8,18 @@ from playwright.sync_api import Page, expect
 
 from studio.take.folder.take import Take
 from tests.offline.boards import A0, CAMERAS, Shown, lying, take_with_boards
+from tests.web.axe import AXE, violations
 from tests.web.test_page import serving, studio
 
 pytestmark = pytest.mark.browser
 
 
+def found_by_axe(page: Page) -> list[str]:
+    """What axe finds, where it is fetched."""
+    return violations(page) if AXE.is_file() else []
+
+
+@pytest.mark.viewing
 def test_a_take_is_calibrated_by_its_board_anew_and_as_before(tmp_path: Path, page: Page) -> None:
     shown = [Shown(A0, lying(0.3, 0.2, 30.0))]
     made = take_with_boards(tmp_path / "monday" / "walk", {name: shown for name in CAMERAS})
@@ -34,11 +41,13 @@ def test_a_take_is_calibrated_by_its_board_anew_and_as_before(tmp_path: Path, pa
         dialog.get_by_role("button", name="Calibrate", exact=True).click()
         expect(messages).to_contain_text(re.compile(r"Cameras: \d .*The performer is 1\.[78]\d m tall"))
         expect(dialog.locator(".verdict")).to_have_count(2)
+        assert found_by_axe(page) == []
         expect(dialog).to_contain_text(re.compile(r"is known to .* cm and .* degrees only"))
         dialog.get_by_role("button", name="Close").click()
 
         page.get_by_role("button", name="Edit walk").click()
-        page.get_by_role("button", name="Calibrate walk").click()
+        page.get_by_role("button", name="Calibrate again").click()
+        assert found_by_axe(page) == []
         dialog.locator("#board").select_option("")
         dialog.locator("#take-tall").fill("1.6")
         dialog.get_by_role("button", name="Calibrate", exact=True).click()

@@ -65,7 +65,7 @@ function slate(take, acts) {
       h("button", { class: "small primary", type: "submit" }, t("message.save")),
       small(t("message.cancel"), t("message.cancel"), () => acts.edit(null)),
       h("span", { class: "spacer" }),
-      take.calibrated && take.cameras.length > 0 && small(t("take.calibrate_again"), t("take.calibrate_label", { name: take.name }), () => { acts.edit(null); acts.calibrate(take); }, t("take.calibrate_again_words")),
+      take.calibrated && take.cameras.length > 0 && small(t("take.calibrate_again"), t("take.calibrate_again"), () => { acts.edit(null); acts.calibrate(take); }, t("take.calibrate_again_words")),
       take.video_bytes > 0 && small(t("video.throw", { mb: megabytes(take) }), t("video.throw", { mb: megabytes(take) }), () => { acts.edit(null); acts.throwVideo(take); }, t("video.throw_hint")),
       small(t("take.throw"), t("take.throw_label", { name: take.name }), () => { acts.edit(null); acts.throwAway(take); }, t("take.throw_hint"))));
 }
