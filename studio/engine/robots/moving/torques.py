@@ -12,7 +12,7 @@ from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.moving.targets import SOLES
 from studio.engine.whole_take.finish.trajectory import steps
 from studio.engine.whole_take.physics.dynamics import Dynamics, dynamics
-from studio.engine.whole_take.physics.forces import ARM_M, ContactForces, contact_forces
+from studio.engine.whole_take.physics.forces import ARM_M, ContactForces, contact_forces, effects_at_points
 from studio.engine.whole_take.physics.points import FloorPoints
 from studio.engine.whole_take.physics.torques import InverseDynamics
 
@@ -89,11 +89,7 @@ class RobotTorques:
 def _any_forces(motion: Dynamics, firm: Array) -> Array:
     """The least forces at corners, pulling or pushing, that explain a motion [N], shape (frame_count - 2, 8, 3)."""
     frames, count = firm.shape
-    effects = np.zeros((frames, count, 3, 6))
-    effects[..., :3] = np.eye(3)
-    arms = (motion.points[1:-1] - motion.com[1:-1, None]) / ARM_M
-    effects[..., 3:] = np.cross(arms[:, :, None], np.eye(3))
-    effects *= firm[..., None, None]
+    effects = effects_at_points(motion, np.eye(3)) * firm[..., None, None]
     effects = effects.reshape(frames, -1, 6)
     square = np.matmul(effects.swapaxes(1, 2), effects) + LEAST * np.eye(6)
     wanted = np.hstack([motion.force, motion.moment / ARM_M])

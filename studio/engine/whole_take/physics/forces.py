@@ -69,11 +69,7 @@ def contact_forces(
     wanted = np.hstack([motion.force, motion.moment / ARM_M])
     along, residual = np.zeros((frames, count, 4)), wanted.copy()
     free = np.broadcast_to(np.eye(6), (frames, 6, 6)).copy()
-    arms = (motion.points[1:-1] - motion.com[1:-1, None]) / ARM_M
-    effects = np.empty((frames, count, 4, 6))
-    effects[..., :3] = EDGES
-    effects[..., 3:] = np.cross(arms[:, :, None], EDGES)
-    effects *= bears[..., None, None]
+    effects = effects_at_points(motion, EDGES) * bears[..., None, None]
     for k in np.flatnonzero(bears.any(axis=1)):
         on = bears[k] > 0
         columns = effects[k, on].reshape(-1, 6).T
@@ -89,3 +85,18 @@ def contact_forces(
         along[k, on] = weights.reshape(-1, 4) * bears[k, on, None]
         residual[k] -= columns @ weights
     return ContactForces(along @ EDGES, residual, free, along)
+
+
+def effects_at_points(motion: Dynamics, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what forces of 1 N at the points do to the centre of mass: force [N], moment [N m] over `ARM_M`.
+
+    Args:
+        motion: of K + 2 frames.
+        directions: of the forces, shape (D, 3).
+
+    Returns:
+        Shape (K, P, D, 6).
+    """
+    arms = (motion.points[1:-1] - motion.com[1:-1, None]) / ARM_M
+    moments = np.cross(arms[:, :, None], directions)
+    return np.concatenate([np.broadcast_to(directions, moments.shape), moments], axis=3)
