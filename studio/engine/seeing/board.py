@@ -133,13 +133,11 @@ class BoardFinder:
     @cached_property
     def _charuco(self) -> list[Any]:
         """Detectors of the board as OpenCV draws it now, and as it did before version 4.6."""
-        aruco, what, found = self._cv2.aruco, self._board, []
+        found = []
         for old in (False, True):
-            board = aruco.CharucoBoard(
-                (what.columns, what.rows), what.size_m, what.marker_m, marker_dictionary(what.dictionary)
-            )
+            board = charuco_board(self._board)
             board.setLegacyPattern(old)
-            found.append(aruco.CharucoDetector(board))
+            found.append(self._cv2.aruco.CharucoDetector(board))
         return found
 
     @cached_property
@@ -198,6 +196,16 @@ def _known(name: str, allowed: tuple[str, ...]) -> str:
     if name not in allowed:
         raise ValueError(name)
     return name
+
+
+def charuco_board(board: Board) -> Any:
+    """Return OpenCV's ChArUco board.
+
+    Raises:
+        NotAvailableError: OpenCV is not installed.
+    """
+    size, markers = (board.columns, board.rows), marker_dictionary(board.dictionary)
+    return opencv().aruco.CharucoBoard(size, board.size_m, board.marker_m, markers)
 
 
 def marker_dictionary(name: str) -> Any:

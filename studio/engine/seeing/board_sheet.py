@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_value
-from studio.engine.seeing.board import Board, marker_dictionary, opencv
+from studio.engine.seeing.board import Board, charuco_board, marker_dictionary
 
 _WORDS_MM = 14.0
 """Room for the words below."""
@@ -57,9 +57,7 @@ def _tag(board: Board, number: int) -> Iterator[_Square]:
 
 
 def _charuco(board: Board) -> Iterator[_Square]:
-    aruco, side = opencv().aruco, 1e3 * board.size_m
-    markers = marker_dictionary(board.dictionary)
-    drawn = aruco.CharucoBoard((board.columns, board.rows), board.size_m, board.marker_m, markers)
+    side, drawn = 1e3 * board.size_m, charuco_board(board)
     white = set()
     for number, corners in zip(np.ravel(drawn.getIds()), drawn.getObjPoints(), strict=True):
         x, y = 1e3 * np.asarray(corners)[:, :2].min(axis=0)
