@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
@@ -15,10 +16,9 @@ from studio.engine.robots.files import FOLDER, add_robot
 from studio.take.folder.solves import write_solve
 from studio.take.rigid_bodies.kept import save_tracks
 from tests.engine.robots import models
-from tests.web.playback.takes import take_with_solves
+from tests.web.playback.takes import take_of_two, take_with_solves
 from tests.web.test_page import serving, studio
 
-pytestmark = pytest.mark.browser
 FRAMES = 31
 
 
@@ -38,6 +38,7 @@ def sessions(tmp_path: Path, test_data: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.browser
 def test_a_robot_s_motion_and_a_prop_are_exported(sessions: Path, page: Page, tmp_path: Path) -> None:
     with studio(sessions) as (app, _), serving(app) as url:
         page.goto(url)
@@ -59,3 +60,19 @@ def test_a_robot_s_motion_and_a_prop_are_exported(sessions: Path, page: Page, tm
             page.locator("#export-run").click()
         assert prop.value.suggested_filename == "walk_walk_Stick.bvh"
         assert f"Frames: {FRAMES}" in prop.value.path().read_text()
+
+
+def test_a_robot_s_file_has_the_name_of_its_performer(tmp_path: Path) -> None:
+    add_robot(tmp_path / FOLDER, models.written(tmp_path, models.child()), "child")
+    take_of_two(tmp_path / "monday" / "two")
+    wanted = {"take": "monday/two", "solve": "studio", "robot": "child", "end_s": 0.2}
+    with (
+        studio(tmp_path) as (app, _),
+        serving(app) as url,
+        httpx.Client(base_url=url, timeout=60.0) as client,
+    ):
+        names = [
+            client.post("/api/v1/exports/robot", json={**wanted, "performer": one}).json()["name"]
+            for one in (None, "performer_1", "performer_2")
+        ]
+    assert names == [f"two_studio_child{end}" for end in (".zip", "-performer_1.csv", "-performer_2.csv")]

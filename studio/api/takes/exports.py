@@ -6,9 +6,8 @@ import itertools
 import shutil
 import threading
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse
@@ -21,15 +20,14 @@ from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.api.takes.rigs import find_rig
-from studio.api.takes.takes import ExportRequest, Format
-from studio.engine.animation.clip.options import ExportOptions
+from studio.api.takes.takes import ExportRequest, Format, KeyOptions, PartOptions
 from studio.engine.animation.export import EXPORTERS, one_performer_format
 from studio.engine.base.errors import SettingsError
 from studio.engine.robots.files import FOLDER as ROBOTS
 from studio.engine.robots.files import find_robot, kept_robots
 from studio.take.folder.names import inside, safe_name
 from studio.take.library.exports.depth_export import choose_camera
-from studio.take.library.exports.solve_export import SolveExport, check_scene
+from studio.take.library.exports.solve_export import SolveExport, check_scene, named_file
 from studio.take.library.sessions import take_info
 from studio.take.rigid_bodies.used import no_such_body, stage_bodies
 
@@ -70,42 +68,23 @@ class DepthRequest(Request):
     )
 
 
-class _PartRequest(SolveOfTake):
-    """A solve of a take, its part, and the rate."""
-
-    fps: float | None = Field(default=None, gt=0, le=1000, description="frame rate [Hz]")
-    start_s: float | None = Field(default=None, ge=0, description="begin so far into the solve [s]")
-    end_s: float | None = Field(default=None, gt=0, description="end so far into the solve [s]")
-    smooth_hz: float | None = Field(default=None, gt=0, description="cutoff of a zero-phase low-pass [Hz]")
-
-    def options(self) -> ExportOptions:
-        """Return the options of an export."""
-        return ExportOptions(fps=self.fps, start_s=self.start_s, end_s=self.end_s, smooth_hz=self.smooth_hz)
-
-
-class RobotExportRequest(_PartRequest):
+class RobotExportRequest(SolveOfTake, PartOptions):
     """A kept robot, and how it follows the performers."""
 
     robot: str = Field(max_length=100, description="name of a kept robot", examples=["g1"])
     format: Literal["csv", "npz"] = "csv"
-    performer: str | None = Field(default=None, description="of a take of several only this one; else each")
-    balance: bool = Field(default=False, description="keep its centre of mass over its feet while they stand")
+    performer: str | None = Field(None, description="of a take of several only this one; else each")
+    balance: bool = Field(False, description="keep its centre of mass over its feet while they stand")
     keep_pose: bool = Field(
-        default=False, description="do not give way in pose where torques are beyond their limits"
+        False, description="do not give way in pose where torques are beyond their limits"
     )
 
 
-class PropExportRequest(_PartRequest):
+class PropExportRequest(SolveOfTake, KeyOptions):
     """A rigid body of the take, as a skeleton of its own."""
 
     prop: str = Field(max_length=200, description="the body's name", examples=["sword"])
     format: Format
-    interpolation: Literal["cubic", "linear", "constant"] = "cubic"
-    rotation_order: Literal["ZXY", "ZYX", "YZX", "XZY", "YXZ", "XYZ"] = "ZXY"
-    unit: Literal["mm", "cm", "m", "in"] = "cm"
-    key_error_cm: float | None = Field(
-        default=None, gt=0, le=100, description="leave out keys within this bound [cm]"
-    )
 
 
 class OtherExports(Struct):
@@ -167,6 +146,13 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         finder.solve(take, one.solve)
         return request.of(take, one.solve, rig)
 
+    def begin(take: str, out: Path, function: str, *args: Any, **kwargs: Any) -> JobStatus:
+        """Begin to make a file of a take with this id by a function of `take.library.exports`; return the job."""
+        function = f"studio.take.library.exports.{function}"
+        job = jobs.submit("export", take, out.name, function, *args, **kwargs)
+        exports.keep(job.id, out)
+        return jobs.get(job.id)
+
     @router.get("/formats")
     def formats() -> list[ExportFormat]:
         """The formats of exports, with the reason why one cannot be written on the server's machine."""
@@ -183,16 +169,19 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         take = finder.by_id(request.take)
         finder.solve(take, request.solve)
         find_robot(sessions / ROBOTS, request.robot)
-        several = request.performer is None and len(take.performer_names(request.solve)) > 1
-        kind = "zip" if several else request.format
-        out = inside(take.path / "exports", f"{take.path.name}_{request.solve}_{request.robot}.{kind}")
-        job = jobs.submit(
-            "export", request.take, out.name, "studio.take.library.exports.robot_export:export_robot",
+        out = inside(
+            take.path / "exports", f"{take.path.name}_{request.solve}_{request.robot}.{request.format}"
+        )
+        names = take.performer_names(request.solve)
+        if request.performer is not None and names:
+            take.performer_folder(request.solve, request.performer)  # reports a name that nobody has
+            out = named_file(out, request.performer)
+        archive = out.with_suffix(".zip") if request.performer is None and len(names) > 1 else None
+        return begin(
+            request.take, archive or out, "robot_export:export_robot",
             take, request.solve, sessions / ROBOTS, request.robot, out, request.format, request.options(),
-            balance=request.balance, give_way=not request.keep_pose, performer=request.performer, archive=True,
+            balance=request.balance, give_way=not request.keep_pose, performer=request.performer, archive=archive,
         )  # fmt: skip
-        exports.keep(job.id, out)
-        return jobs.get(job.id)
 
     @router.post("/prop", status_code=202)
     def make_prop(request: PropExportRequest) -> JobStatus:
@@ -203,16 +192,10 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
             raise no_such_body(take, request.prop)
         name = safe_name(request.prop, "prop")
         out = inside(take.path / "exports", f"{take.path.name}_{request.solve}_{name}.{request.format}")
-        options = replace(
-            request.options(), interpolation=request.interpolation, rotation_order=request.rotation_order,
-            unit=request.unit, key_error_cm=request.key_error_cm,
+        return begin(
+            request.take, out, "prop_export:export_prop",
+            take, request.solve, request.prop, out, request.format, request.options(),
         )  # fmt: skip
-        job = jobs.submit(
-            "export", request.take, out.name, "studio.take.library.exports.prop_export:export_prop",
-            take, request.solve, request.prop, out, request.format, options,
-        )  # fmt: skip
-        exports.keep(job.id, out)
-        return jobs.get(job.id)
 
     @router.post("", status_code=202)
     def make(request: ExportsRequest) -> JobStatus:
@@ -230,12 +213,10 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         else:
             ending = request.format if request.together else "zip"
             out = exports.archive(f"takes_{len(items)}.{ending}")
-        job = jobs.submit(
-            "export", request.solves[0].take, out.name, "studio.take.library.exports.solve_export:export_solves",
+        return begin(
+            request.solves[0].take, out, "solve_export:export_solves",
             items, out, request.format, rig, together=request.together,
         )  # fmt: skip
-        exports.keep(job.id, out)
-        return jobs.get(job.id)
 
     @router.post("/depth", status_code=202)
     def make_depth(request: DepthRequest) -> JobStatus:
@@ -243,17 +224,7 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         take = finder.by_id(request.take)
         camera = choose_camera(take, take_info(take.path).depth, request.camera)
         out = inside(take.path / "exports", f"{take.path.name}_{camera}_depth.mkv")
-        job = jobs.submit(
-            "export",
-            request.take,
-            out.name,
-            "studio.take.library.exports.depth_export:export_depth",
-            take,
-            out,
-            camera,
-        )
-        exports.keep(job.id, out)
-        return jobs.get(job.id)
+        return begin(request.take, out, "depth_export:export_depth", take, out, camera)
 
     @router.get("/{job_id}", response_class=FileResponse)
     def download(job_id: str) -> FileResponse:

@@ -62,22 +62,40 @@ MOST_LISTED, MOST_OFFSET = 10_000, 1 << 31
 Format = Literal["fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd", "otio"]
 
 
-class ExportRequest(Body):
-    """A format and its options, as in `studio export`; options that the format does not understand are refused."""
+_OPTIONS = {field.name for field in fields(ExportOptions)}
 
-    format: Format
+
+class PartOptions(Body):
+    """The part of a solve that is exported, its rate and its smoothing."""
+
     fps: float | None = Field(None, gt=0, le=1000, description="frame rate of the keys [Hz]")
-    interpolation: Literal["cubic", "linear", "constant"] = "cubic"
-    target: Literal["humanik", "mixamo", "unreal", "vrm"] = "humanik"
-    root_motion: Literal["hips", "root", "in-place"] = "hips"
-    mesh: bool | None = Field(None, description="with a skinned body")
     start_s: float | None = Field(None, ge=0, description="begin so far into the solve [s]")
     end_s: float | None = Field(None, gt=0, description="end so far into the solve [s]")
+    smooth_hz: float | None = Field(None, gt=0, description="cutoff of a zero-phase low-pass [Hz]")
+
+    def options(self) -> ExportOptions:
+        """Return the options of the export."""
+        return ExportOptions(**self.model_dump(include=_OPTIONS))
+
+
+class KeyOptions(PartOptions):
+    """Options of a file with keys as well."""
+
+    interpolation: Literal["cubic", "linear", "constant"] = "cubic"
     rotation_order: Literal["ZXY", "ZYX", "YZX", "XZY", "YXZ", "XYZ"] = "ZXY"
     unit: Literal["mm", "cm", "m", "in"] = "cm"
     key_error_cm: float | None = Field(
         None, gt=0, le=100, description="leave out keys within this bound [cm]"
     )
+
+
+class ExportRequest(KeyOptions):
+    """A format and its options, as in `studio export`; options that the format does not understand are refused."""
+
+    format: Format
+    target: Literal["humanik", "mixamo", "unreal", "vrm"] = "humanik"
+    root_motion: Literal["hips", "root", "in-place"] = "hips"
+    mesh: bool | None = Field(None, description="with a skinned body")
     take_name: str | None = Field(None, description="name of the animation; the take's where left out")
     timecode: str | None = Field(
         None, max_length=20, description="of the first frame, hh:mm:ss:ff, or `take`: the take's own"
@@ -85,7 +103,6 @@ class ExportRequest(Body):
     timecode_rate: str | None = Field(None, description="of `timecode`; the file's frame rate where left out")
     part_from: str | None = Field(None, max_length=20, description="begin at this timecode of the take")
     part_to: str | None = Field(None, max_length=20, description="end at this timecode of the take")
-    smooth_hz: float | None = Field(None, gt=0, description="cutoff of a zero-phase low-pass [Hz]")
     loop: bool = False
     foot_lock: bool = False
     rig: str | None = Field(None, description="onto this rig (GET /api/v1/rigs) instead of a target")
@@ -100,7 +117,7 @@ class ExportRequest(Body):
 
     def of(self, take: Take, solve: str, rig: Path | None) -> SolveExport:
         """Return the export of a take's solve into the take's `exports/`."""
-        values = self.model_dump(include={field.name for field in fields(ExportOptions)})
+        values = self.model_dump(include=_OPTIONS)
         session, name = take.path.parent.name, take.path.name
         onto = "" if rig is None else f"_{rig.stem}"
         out = inside(take.path / "exports", f"{name}_{solve}{onto}.{self.format}")

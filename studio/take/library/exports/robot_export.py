@@ -39,7 +39,7 @@ def export_robot(
     balance: bool = False,
     give_way: bool = True,
     performer: str | None = None,
-    archive: bool = False,
+    archive: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[RobotFile]:
     """Write a robot's motion by each performer of a solve; return the files.
@@ -53,7 +53,7 @@ def export_robot(
         options: part, rate and smoothing.
         balance, give_way: see `Retargeting`.
         performer: of several only this one, in `out` itself; None = all.
-        archive: pack the files of several into a ZIP at `out`.
+        archive: a ZIP in which the files are packed, too; None = none.
         progress: receives the share done.
 
     Raises:
@@ -67,7 +67,6 @@ def export_robot(
     performers = solved_performers(take, solve, performer)
     told, found = progress or (lambda share: None), list[RobotFile]()
     how = Retargeting(balance=balance, give_way=give_way)
-    packed = archive and len(performers) > 1
     for k, one in enumerate(performers):
 
         def part(share: float, before: int = k) -> None:
@@ -75,7 +74,6 @@ def export_robot(
 
         motion, _ = moved_robot(model, one.poses, options, how, progress=part)
         path = out if performer is not None else named_file(out, one.name)
-        path = path.with_suffix(f".{format}") if packed else path
         write_motion(motion, path, format)
         lines: tuple[str, ...] = ()
         if np.isfinite(model.torque_nm).any():
@@ -85,6 +83,6 @@ def export_robot(
                 gave_way_text(motion.gave_way, motion.time_s[0] - begins_s),
             )
         found.append(RobotFile(path, len(motion.time_s), motion.frames_per_second, lines))
-    if packed:
-        archive_of([(one.path, one.path.name) for one in found], out)
+    if archive is not None:
+        archive_of([(one.path, one.path.name) for one in found], archive)
     return found

@@ -2,13 +2,14 @@
 import { byId, h } from "../base/dom.js";
 import { getOtherExports, makePropExport, makeRobotExport } from "../base/api.js";
 import { t } from "../base/strings.js";
+import { OF_SOLVES } from "./export_recipes.js";
 
 const SEPARATOR = ":";
 const PART = ["fps", "start_s", "end_s", "smooth_hz"];
 
 /** The options that each has, beside the format. */
 const OPTIONS = { robot: [...PART, "performer", "balance", "keep_pose"], prop: [...PART, "interpolation", "key_error_cm", "rotation_order", "unit"] };
-const FORMATS = { robot: ["csv", "npz"], prop: ["fbx", "bvh", "glb", "usd", "c3d", "trc", "csv", "npz"] };
+const FORMATS = { robot: ["csv", "npz"], prop: OF_SOLVES };
 
 /** Options that nothing else has. */
 export const OF_ROBOTS = ["balance", "keep_pose"];

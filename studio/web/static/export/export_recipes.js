@@ -1,5 +1,7 @@
 // What exports are for: the programs that people know, each with the format and options that open right there.
-const OF_SOLVES = ["fbx", "bvh", "glb", "usd", "c3d", "trc", "csv", "npz"];
+
+/** Formats of whatever moves. */
+export const OF_SOLVES = ["fbx", "bvh", "glb", "usd", "c3d", "trc", "csv", "npz"];
 
 /** Depth as it was recorded, of no solve. */
 export const DEPTH = "mkv";
