@@ -57,3 +57,10 @@ def test_a_take_is_calibrated_by_its_board_anew_and_as_before(tmp_path: Path, pa
         with page.expect_response("**/calibrations/in_use"):
             messages.get_by_role("button", name="Undo").click()
         assert Take.open(made.path).meta["calibration"] == 1
+
+        made.calibration_path(1).write_text("damaged")  # which calibrating anew mends
+        page.get_by_role("button", name="Edit walk").click()
+        page.get_by_role("button", name="Calibrate again").click()
+        dialog.get_by_role("button", name="Calibrate", exact=True).click()
+        dialog.get_by_role("button", name="Close").click()
+        assert Take.open(made.path).meta["calibration"] == 3

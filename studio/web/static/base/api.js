@@ -189,11 +189,6 @@ export const calibrateTake = (take, known) => call("POST", `${takePath(take)}/ca
 export const getCalibrations = (take) => call("GET", `${takePath(take)}/calibrations`);
 export const useCalibration = (take, number) => call("PUT", `${takePath(take)}/calibrations/in_use`, { number });
 
-/** A take's rigid bodies; say what one is; measure how those on joints sit there. Each answers all of them. */
-export const getBodies = (take) => call("GET", `${takePath(take)}/rigid-bodies`);
-export const changeBody = (take, body) => call("PUT", `${takePath(take)}/rigid-bodies`, body);
-export const measureBodies = (take, wanted) => call("POST", `${takePath(take)}/rigid-bodies/measure`, wanted);
-
 /** Dictionaries and families of boards, and why none can be found here. */
 export const getBoards = () => call("GET", "boards");
 
@@ -213,6 +208,11 @@ export const emptyTrash = () => call("DELETE", "trash");
 export const restoreTake = (trashId) => call("POST", `trash/${encodeURIComponent(trashId)}/restore`);
 
 const byId = (takeId) => `takes/${takeId.split("/").map(encodeURIComponent).join("/")}`;
+
+/** A take's rigid bodies, by its id; say what one is; measure how those on joints sit there. Each answers all of them. */
+export const getBodies = (takeId) => call("GET", `${byId(takeId)}/rigid-bodies`);
+export const changeBody = (takeId, body) => call("PUT", `${byId(takeId)}/rigid-bodies`, body);
+export const measureBodies = (takeId, wanted) => call("POST", `${byId(takeId)}/rigid-bodies/measure`, wanted);
 
 /** Return how far two motions are apart: `{a: {take, solve}, b: {take, solve} or {reference}, line_up, offset_ms}`. */
 export const compareMotions = (wanted) => call("POST", "compare", wanted);

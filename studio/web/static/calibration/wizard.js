@@ -121,7 +121,7 @@ function show() {
   setText(byId("wizard-mute"), t(isMuted() ? "wizard.sound_off" : "wizard.sound_on"));
   byId("wizard-mute").setAttribute("aria-pressed", String(!isMuted()));
   const { attempt: walk, tpose, state: calibrated, reference } = state.status.calibration;
-  redraw(byId("wizard-cards"), [state.step, state.step === "walk" ? [walk.coverage, walk.estimates] : walk.cameras, saying.reasons, reference, state.colours,
+  redraw(byId("wizard-cards"), [state.step, state.step === "walk" ? [walk.coverage, walk.estimates] : walk.cameras, reference, state.colours,
     state.step === "cameras" && Object.entries(state.status.cameras).map(([name, { state: now, fps }]) => [name, now, Math.round(fps)])], cards);
   const asks = state.step === "cameras" || (state.step === "verdict" && state.status.calibration.attempt.state === "failed") ? withoutDepth(state.status.cameras) : [];
   redraw(byId("wizard-known"), knownShown(asks), () => knownFields(asks, "wizard", show));

@@ -7,16 +7,11 @@ import { bodyRow, heldWords, jointWords, shapeWords } from "../stage/body_row.js
 
 const panel = { id: "", solve: "", found: null, again: () => {} };
 
-const takeShown = () => {
-  const [session, ...name] = panel.id.split("/");
-  return { session, name: name.join("/") };
-};
-
 /** Do something that answers the take's bodies, and show them, in the replay too. */
 const alter = (act) => attempt(async () => {
-  panel.found = await act(takeShown());
+  panel.found = await act(panel.id);
   draw();
-  await panel.again();
+  if (panel.id) await panel.again(); // the replay may have been closed meanwhile
 });
 
 function say(name, known, changes) {
@@ -57,13 +52,13 @@ export function updateBodies({ open, take, solve }) {
   Object.assign(panel, { id, found: null });
   draw();
   if (id) attempt(async () => {
-    const found = await getBodies(takeShown());
+    const found = await getBodies(panel.id);
     if (panel.id === id) panel.found = found;
     draw();
   });
 }
 
-/** Begin; `again()` opens the replay anew, at its frame. */
+/** Begin; `again()` opens the replay anew. */
 export function startBodies(again) {
   panel.again = again;
   window.addEventListener("language", draw);

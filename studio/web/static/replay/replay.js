@@ -84,13 +84,8 @@ export async function open(takeId, solve, ghost = null, performer = performerOf(
   if (status) take(status);
 }
 
-/** Open what is replayed anew, because what is shown beside it is another, and go on at its frame. */
-async function openAgain() {
-  const { take: id, solve, ghost } = state.replay, frame = frameNow();
-  if (!id) return;
-  await open(id, solve, ghost);
-  goTo(frame);
-}
+/** Open what is replayed anew, because what is shown of it is another; it goes on at its time. */
+const openAgain = () => open(state.replay.take, state.replay.solve, state.replay.ghost);
 
 /** The performer that goes on having the curves where a solve is opened that has them too. */
 function performerOf(takeId, solve) {
@@ -374,7 +369,7 @@ export function startReplay(listen, compare) {
   state.listening = listen;
   state.comparing = compare;
   startMarkers(paint);
-  startPerformers(paint, () => open(state.replay.take, state.replay.solve, state.replay.ghost));
+  startPerformers(paint, openAgain);
   startCurveChoice(paint);
   startCurveData(paint);
   startVideo();

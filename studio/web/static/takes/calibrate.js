@@ -18,7 +18,7 @@ async function alikeTakes(take) {
 
 const noBoard = (take, flat) => (flat.length < take.cameras.length ? t("board.depth") : take.video_bytes > 0 ? "" : t("board.no_videos"));
 
-/** Ask how a take is calibrated; return what is asked of the server, or null. */
+/** Ask how a take is calibrated; return what is asked of the server, and `before`, the number of the calibration in use; or null. */
 export async function askCalibration(take) {
   const [alike, { meta }, boards] = await Promise.all([alikeTakes(take), getTakeDetail(take), getBoards()]);
   const flat = meta.cameras.filter((one) => seesNoDepth(one.joint_set)).map(({ name }) => name).sort();
@@ -27,10 +27,10 @@ export async function askCalibration(take) {
   const from = h("select", { id: "calibrate-from", onchange: show },
     [["", t("take.calibrate_own")], ...alike.map(({ id }) => [id, t("take.calibrate_as", { name: id })])].map(([value, text]) => h("option", { value }, text)));
   show();
-  const answer = () => (from.value ? { borrow: from.value } : { ...knownNow(flat), ...(flat.length && boardNow() && { board: boardNow() }) });
+  const wanted = () => (from.value ? { borrow: from.value } : { ...knownNow(flat), ...(flat.length && boardNow() && { board: boardNow() }) });
   const words = h("p", { class: "muted" }, t(take.calibrated ? "take.calibrate_again_words" : "take.calibrate_words"));
   const content = [words, h("label", { class: "field" }, h("span", {}, t("take.calibrate_from")), from), known];
-  return ask(t("take.calibrate_label", { name: take.name }), content, t("calibration.start"), false, answer);
+  return ask(t("take.calibrate_label", { name: take.name }), content, t("calibration.start"), false, () => ({ known: wanted(), before: meta.calibration }));
 }
 
 /** What a calibration found, in words: how many cameras are how good, and the performer's height. */

@@ -66,10 +66,10 @@ function solve(take) {
 
 /** Calibrate a take, and say what was found; the calibration that was in use before can be put back. */
 async function calibrate(take) {
-  const known = await attempt(() => askCalibration(take));
-  if (!known) return;
+  const asked = await attempt(() => askCalibration(take));
+  if (!asked) return;
+  const { known, before } = asked;
   await alter(async () => {
-    const before = take.calibrated ? (await getCalibrations(take)).in_use : null;
     const begun = await calibrateTake(take, known);
     if (!known.borrow) await ended(begun);
     const found = await getCalibrations(take), words = calibrationWords(take, found);
