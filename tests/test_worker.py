@@ -135,6 +135,18 @@ def test_work_that_will_not_leave_is_ended(ready, run, tmp_path, monkeypatch):
     assert run("negative", 3) == -3
 
 
+def test_work_that_is_done_when_the_word_to_stop_comes_is_done(ready, run, tmp_path, monkeypatch):
+    monkeypatch.setattr(worker, "_PATIENCE_S", (60.0, 60.0))
+    told = worker._Stopping.tell
+    monkeypatch.setattr(worker._Stopping, "tell", lambda self: (told(self), (tmp_path / "stopped").touch()))
+    value = run(
+        "finish_once_stopped", tmp_path / "began", tmp_path / "stopped",
+        on_progress=lambda share: None, should_stop=(tmp_path / "began").exists,
+    )  # fmt: skip
+    assert value == "done"
+    assert run("negative", 3) == -3
+
+
 def test_a_word_to_stop_that_comes_too_late_stops_nothing_else(ready, run, monkeypatch):
     monkeypatch.setattr(worker, "_PATIENCE_S", (60.0, 60.0))  # a busy machine is no reason to interrupt
     for number in range(5):

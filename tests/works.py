@@ -55,6 +55,14 @@ def count_for_ever(*, progress) -> None:
         time.sleep(0.01)
 
 
+def finish_once_stopped(began: Path, stopped: Path, *, progress) -> str:
+    began.touch()
+    while not stopped.exists():
+        time.sleep(0.01)
+    progress(1.0)
+    return "done"
+
+
 def pid_once_there(file: Path) -> int:
     while not file.exists():
         time.sleep(0.01)

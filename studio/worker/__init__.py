@@ -173,7 +173,7 @@ def run_in_process(
             keyword `progress`, a function that takes the share done, 0..1.
         on_part: with it the function gets a keyword `show`, which takes a part of the result that is ready.
         args, kwargs: anything that pickles; a `Take` is sent as its path and opened in the other process.
-        should_stop: called from time to time; once it is true, the work ends at its next progress, or is
+        should_stop: called from time to time; once it is true, the work ends at its next progress below 1, or is
             interrupted after a second, and deletes its incomplete files.
         spare: use the process that is kept ready. Background work should leave it to others, and has low
             priority from its start.

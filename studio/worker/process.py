@@ -138,7 +138,7 @@ def _answer(
 
     def progress(share: float) -> None:
         nonlocal heard
-        if connection.poll():
+        if share < 1.0 and connection.poll():  # what is done stays done
             connection.recv()
             heard = True
             raise _Leave

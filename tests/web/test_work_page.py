@@ -88,6 +88,7 @@ def work_that_runs_is_cancelled(page: Page, server: ServerProcess) -> None:
         job = export(server, "glb")
         cancel_button(page, job).click()
         expect(page.locator(".work-row.cancelling")).to_have_count(1)
+        page.wait_for_timeout(1000)  # until its process has the word, which the server sends at its next look
     expect(page.locator(".work-row.cancelled")).to_have_count(1)
     assert {path.name for path in (server.sessions / "monday" / "one" / "exports").iterdir()} == kept
 

@@ -7,7 +7,7 @@ import shutil
 import threading
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse
@@ -15,7 +15,7 @@ from msgspec import Struct
 from pydantic import BaseModel, Field
 
 from studio.api.errors import RESPONSES, NotFoundError
-from studio.api.jobs import Jobs, JobStatus
+from studio.api.jobs import Job, Jobs, JobStatus
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
@@ -146,12 +146,10 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         finder.solve(take, one.solve)
         return request.of(take, one.solve, rig)
 
-    def begin(take: str, out: Path, function: str, *args: Any, **kwargs: Any) -> JobStatus:
-        """Begin to make a file of a take with this id by a function of `take.library.exports`; return the job."""
-        function = f"studio.take.library.exports.{function}"
-        job = jobs.submit("export", take, out.name, function, *args, **kwargs)
+    def making(job: Job, out: Path) -> JobStatus:
+        """Keep the file that a job makes; return how the job goes."""
         exports.keep(job.id, out)
-        return jobs.get(job.id)
+        return job.status()
 
     @router.get("/formats")
     def formats() -> list[ExportFormat]:
@@ -177,11 +175,13 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
             take.performer_folder(request.solve, request.performer)  # reports a name that nobody has
             out = named_file(out, request.performer)
         archive = out.with_suffix(".zip") if request.performer is None and len(names) > 1 else None
-        return begin(
-            request.take, archive or out, "robot_export:export_robot",
+        made = archive or out
+        job = jobs.submit(
+            "export", request.take, made.name, "studio.take.library.exports.robot_export:export_robot",
             take, request.solve, sessions / ROBOTS, request.robot, out, request.format, request.options(),
             balance=request.balance, give_way=not request.keep_pose, performer=request.performer, archive=archive,
         )  # fmt: skip
+        return making(job, made)
 
     @router.post("/prop", status_code=202)
     def make_prop(request: PropExportRequest) -> JobStatus:
@@ -192,10 +192,11 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
             raise no_such_body(take, request.prop)
         name = safe_name(request.prop, "prop")
         out = inside(take.path / "exports", f"{take.path.name}_{request.solve}_{name}.{request.format}")
-        return begin(
-            request.take, out, "prop_export:export_prop",
+        job = jobs.submit(
+            "export", request.take, out.name, "studio.take.library.exports.prop_export:export_prop",
             take, request.solve, request.prop, out, request.format, request.options(),
         )  # fmt: skip
+        return making(job, out)
 
     @router.post("", status_code=202)
     def make(request: ExportsRequest) -> JobStatus:
@@ -213,10 +214,11 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         else:
             ending = request.format if request.together else "zip"
             out = exports.archive(f"takes_{len(items)}.{ending}")
-        return begin(
-            request.solves[0].take, out, "solve_export:export_solves",
+        job = jobs.submit(
+            "export", request.solves[0].take, out.name, "studio.take.library.exports.solve_export:export_solves",
             items, out, request.format, rig, together=request.together,
         )  # fmt: skip
+        return making(job, out)
 
     @router.post("/depth", status_code=202)
     def make_depth(request: DepthRequest) -> JobStatus:
@@ -224,7 +226,11 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         take = finder.by_id(request.take)
         camera = choose_camera(take, take_info(take.path).depth, request.camera)
         out = inside(take.path / "exports", f"{take.path.name}_{camera}_depth.mkv")
-        return begin(request.take, out, "depth_export:export_depth", take, out, camera)
+        job = jobs.submit(
+            "export", request.take, out.name, "studio.take.library.exports.depth_export:export_depth",
+            take, out, camera,
+        )  # fmt: skip
+        return making(job, out)
 
     @router.get("/{job_id}", response_class=FileResponse)
     def download(job_id: str) -> FileResponse:
