@@ -9,8 +9,6 @@ from pathlib import Path
 import httpx
 import numpy as np
 import pytest
-from sklearn.linear_model import LogisticRegression
-from sklearn.model_selection import cross_val_score
 
 from studio.api.access import Access
 from studio.take.folder.take import Take
@@ -115,6 +113,11 @@ def test_what_reaches_a_browser_says_nothing(studio, take) -> None:
                 )
                 labels.append(on_disk[answer.content] == "a")
     x = np.array(features, dtype=float)
+    from sklearn.linear_model import (
+        LogisticRegression,
+    )  # a second to load, which all processes of tests would take
+    from sklearn.model_selection import cross_val_score
+
     scores = cross_val_score(
         LogisticRegression(), (x - x.mean(axis=0)) / (x.std(axis=0) + 1e-9), labels, cv=5
     )

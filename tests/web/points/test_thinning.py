@@ -1,5 +1,7 @@
 """Thinning in numbers: points lie on the skin and on the floor, most about the performer, within the budget."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -12,13 +14,18 @@ from studio.web.scene.clouds import ORIGIN_M
 from tests.web.points.depth_takes import calibration, images, joints, skin, stage
 
 COUNT = 6000
-AROUND = StageSpace.about(joints(), 0.3)
+
+
+@cache
+def around() -> StageSpace:
+    """The space about the performer."""
+    return StageSpace.about(joints(), 0.3)
 
 
 def thinned(index: int, sensor: str = "ideal") -> np.ndarray:
     camera = calibration().cameras[f"camera_{index}"]
     return Thinner(stage(sensor).sensor.camera).points(
-        images(sensor)[index], camera.T_stage_camera, COUNT, AROUND
+        images(sensor)[index], camera.T_stage_camera, COUNT, around()
     )
 
 
@@ -73,13 +80,13 @@ def test_every_point_is_one_of_the_image(sensor):
 
 def test_most_points_lie_about_the_performer():
     points = thinned(0)
-    inside = ((points > AROUND.low_m) & (points < AROUND.high_m)).all(axis=1)
+    inside = ((points > around().low_m) & (points < around().high_m)).all(axis=1)
     assert inside.sum() == pytest.approx(NEAR_SHARE * COUNT, abs=1)
     everywhere = Thinner(stage().sensor.camera).points(
         images()[0], calibration().cameras["camera_0"].T_stage_camera, COUNT, None
     )
     assert len(everywhere) == COUNT
-    assert ((everywhere > AROUND.low_m) & (everywhere < AROUND.high_m)).all(axis=1).sum() < inside.sum()
+    assert ((everywhere > around().low_m) & (everywhere < around().high_m)).all(axis=1).sum() < inside.sum()
 
 
 def test_points_are_spread_evenly_and_stay_the_same():
@@ -98,7 +105,7 @@ def test_points_are_spread_evenly_and_stay_the_same():
 def test_nothing_is_made_of_nothing():
     camera = stage().sensor.camera
     empty = np.zeros((camera.height, camera.width), dtype=np.uint16)
-    assert len(Thinner(camera).points(empty, np.eye(4), COUNT, AROUND)) == 0
+    assert len(Thinner(camera).points(empty, np.eye(4), COUNT, around())) == 0
     assert StageSpace.about(np.full((21, 3), np.nan), 0.3) is None
     with pytest.raises(ValueError, match="camera has"):
         Thinner(camera).points(empty[1:], np.eye(4), COUNT, None)
