@@ -34,6 +34,7 @@ from studio.api.stage.outputs import outputs_router
 from studio.api.stage.performers import performers_router
 from studio.api.stage.presets import presets_router
 from studio.api.stage.rigid_bodies import rigid_bodies_router
+from studio.api.stage.robots import robots_router
 from studio.api.stage.stage import stage_router
 from studio.api.stage.timecode import timecode_router
 from studio.api.stage.triggers import make_triggers, triggers_router
@@ -150,6 +151,7 @@ def create_app(
     add_routes(app, exports_router(sessions, finder, jobs))
     add_routes(app, imports_router(sessions, jobs))
     add_routes(app, rigs_router(sessions))
+    add_routes(app, robots_router(sessions))
     add_routes(app, manage_router(sessions, finder, jobs))
     add_routes(app, boards_router())
     add_routes(app, bodies_router(finder))

@@ -83,3 +83,14 @@ def test_what_is_of_no_known_kind_is_told():
 def test_names_that_could_lead_elsewhere_are_refused(path):
     (group,) = group_files([path])
     assert "is not allowed" in group.problem
+
+
+def test_models_of_robots_are_one_group_with_all_that_is_in_their_folder():
+    g1 = ("g1/g1.xml", "g1/scene.xml", "g1/assets/pelvis.STL", "g1/LICENSE")
+    loose = ("h1.urdf", "torso.dae", "walk.bvh")
+    groups = group_files((*g1, *loose))
+    assert [(one.root, one.files, one.robot) for one in groups] == [
+        ("", (4, 5), True), ("walk.bvh", (6,), False), ("g1", (0, 1, 2, 3), True),
+    ]  # fmt: skip
+    assert made("walk/camera_0/joints.csv", "walk/settings.xml").keys() == {"walk"}
+    assert len(refused("skin.stl")) == 1

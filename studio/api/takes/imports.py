@@ -1,4 +1,4 @@
-"""Routes of imports: files of the browser's machine become takes, each import a job of the list of work."""
+"""Routes of imports: files of the browser's machine become takes or robots, each import a job of the list of work."""
 
 import asyncio
 import threading
@@ -21,6 +21,7 @@ from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.sentences import say
+from studio.engine.robots.files import FOLDER as ROBOTS
 from studio.take.library.dropped import Group, group_files
 from studio.take.library.incoming import Incoming, check_room, clear_left, free_path
 from studio.take.video.sync.clap_at import read_clap_at
@@ -64,10 +65,12 @@ class ImportRequest(Body):
 
 
 class AnnouncedImport(Struct):
-    """An import that waits for its files: its job, and the places of its files in the list that was announced."""
+    """An import that waits for its files: its job, the places of its files in the list that was announced, and
+    whether they are of robots; the job's `name` is then theirs once it is done."""
 
     job: JobStatus
     files: list[int]
+    robot: bool = False
 
 
 @dataclass
@@ -128,7 +131,7 @@ class Imports:
                     self._awaited[job.id] = _Awaited(job, group, mine, sync, clap_at_s, batch)
             except StudioError as error:
                 job.end("failed", error.sentence)
-            answer.append(AnnouncedImport(job.status(), list(group.files)))
+            answer.append(AnnouncedImport(job.status(), list(group.files), group.robot))
         self._jobs.tell_listeners()
         if not self._watching:
             self._watch()
@@ -180,6 +183,14 @@ class Imports:
         """Have what came be imported in its turn."""
         job, group = awaited.job, awaited.group
 
+        def read_robots(progress: Any) -> None:
+            names = run_in_process(
+                "studio.take.library.incoming_robot:import_robots",
+                incoming.folder, group.root, group.label, self._sessions / ROBOTS,
+                on_progress=progress, should_stop=lambda: is_stopped(job),
+            )  # fmt: skip
+            job.name = ", ".join(names)
+
         def work(progress: Any) -> None:
             session = datetime.now().astimezone().strftime("%Y-%m-%d")
             out = free_path(self._sessions, session, group.label)
@@ -195,7 +206,7 @@ class Imports:
                 job.take = ""
                 raise
 
-        self._jobs.run(job, work, FILES, "read", incoming.discard)
+        self._jobs.run(job, read_robots if group.robot else work, FILES, "read", incoming.discard)
 
     def _watch(self) -> None:
         """Give up what nobody sends any more, now and from time to time."""
@@ -247,8 +258,9 @@ def imports_router(sessions: Path, jobs: Jobs) -> APIRouter:
 
     @router.post("", status_code=202)
     def announce(request: ImportRequest) -> dict[str, list[AnnouncedImport]]:
-        """Announce files; answers the `imports` that they make, one a take: the `job`, and the places in the list of
-        the `files` whose bytes `PUT /imports/{job}` takes. What cannot be imported by its name has failed at once."""
+        """Announce files; answers the `imports` that they make, one a take or folder of robots: the `job`, and the
+        places in the list of the `files` whose bytes `PUT /imports/{job}` takes. What cannot be imported by its name
+        has failed at once."""
         files = [(file.path, file.size) for file in request.files]
         return {"imports": imports.announce(files, request.sync, request.clap_at)}
 

@@ -106,24 +106,27 @@ def _parts(given: list[str]) -> dict[str, str]:
 
 
 def _show(args: argparse.Namespace, robot: "Robot") -> None:
-    from studio.engine.robots.facts import robot_facts
+    from msgspec import to_builtins
+
+    from studio.engine.robots.describe import robot_facts
 
     facts = robot_facts(robot)
-    print(table([("part", "body"), *facts["parts"].items()]))
+    print(table([("part", "body"), *facts.parts.items()]))
     rows = [["joint", "from rad", "to rad", "rad/s", "N m", "turns"]]
-    for joint in facts["joints"]:
-        limits = (joint["low_rad"], joint["high_rad"], joint["velocity_rad_s"])
-        torque = "-" if joint["torque_nm"] is None else figure(joint["torque_nm"], 0)
-        rows.append([joint["name"], *(figure(value, 2) for value in limits), torque, joint["turns"]])
+    for joint in facts.joints:
+        limits = (joint.low_rad, joint.high_rad, joint.velocity_rad_s)
+        rows.append(
+            [joint.name, *(figure(value, 2) for value in limits), figure(joint.torque_nm, 0), joint.turns]
+        )
     print(table(rows))
-    sizes = [f"legs {facts['leg_m']:.3f} m"]
-    sizes += [f"{limb.replace('_', ' ')} {length:.3f} m" for limb, length in facts["lengths_m"].items()]
-    sizes.append("soles " + " x ".join(f"{100.0 * side:.1f}" for side in facts["sole_m"]) + " cm")
-    print(f"{robot.name}: {facts['height_m']:.2f} m high, {facts['mass_kg']:.1f} kg; {', '.join(sizes)}")
-    print(f"{len(facts['joints'])} joints, {facts['moved']} of them moved; the others keep their place")
-    for note in facts["notes"]:
+    sizes = [f"legs {facts.leg_m:.3f} m"]
+    sizes += [f"{limb.replace('_', ' ')} {length:.3f} m" for limb, length in facts.lengths_m.items()]
+    sizes.append("soles " + " x ".join(f"{100.0 * side:.1f}" for side in facts.sole_m) + " cm")
+    print(f"{robot.name}: {facts.height_m:.2f} m high, {facts.mass_kg:.1f} kg; {', '.join(sizes)}")
+    print(f"{len(facts.joints)} joints, {facts.moved} of them moved; the others keep their place")
+    for note in facts.notes:
         print(f"note: {note}")
-    write_result(args, facts)
+    write_result(args, to_builtins(facts, enc_hook=str))
 
 
 def _play(robot: "Robot", file: Path, csv_fps: float, out: Path | None) -> None:

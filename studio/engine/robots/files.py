@@ -1,6 +1,7 @@
 """Robots that are kept: one table a robot, which names its model, its parts and its velocity limits.
 
-The model stays where it is, with its meshes. A table can be corrected by hand; docs/formats.md describes it.
+The model stays where it is, with its meshes; those that a browser sent are in `models`. A table can be corrected by
+hand; docs/formats.md describes it.
 """
 
 import json
@@ -20,6 +21,12 @@ if TYPE_CHECKING:
 
 FOLDER = "robots"
 """Folder of the kept robots among the sessions."""
+
+MODELS = "models"
+"""Folder in it of models that were sent; tables name these from the folder of the kept robots."""
+
+MOST_NAME = 64
+"""Characters of a robot's name."""
 
 
 def add_robot(
@@ -45,16 +52,20 @@ def add_robot(
     """
     from studio.engine.robots.body.robot import build_robot
 
-    path = robot_table(folder, name)
-    robot = build_robot(model, name, parts=parts, velocity_rad_s=velocity_rad_s)
+    robot_table(folder, name)  # reports a name that is not allowed
+    return _keep(folder, model, build_robot(model, name, parts=parts, velocity_rad_s=velocity_rad_s))
+
+
+def _keep(folder: Path, model: Path, robot: "Robot") -> "Robot":
+    """Write a robot's table; return the robot."""
     limits = zip(robot.joint_names, robot.velocity_rad_s.tolist(), strict=True)
     table = {
-        "model": str(model.resolve()),
+        "model": _named_from(folder, model),
         "sha256": _digest(model),
         "parts": dict(robot.parts),
         "velocity_rad_s": {joint: round(limit, 6) for joint, limit in limits},
     }
-    write_json(path, ROBOT.stamped(table))
+    write_json(robot_table(folder, robot.name), ROBOT.stamped(table))
     return robot
 
 
@@ -66,8 +77,39 @@ def load_robot(folder: Path, name: str) -> "Robot":
     """
     from studio.engine.robots.body.robot import build_robot
 
+    table, model = _table_of(folder, name)
+    robot = build_robot(model, name, parts=table["parts"], velocity_rad_s=table.get("velocity_rad_s"))
+    return replace(robot, name=name)
+
+
+def correct_robot(
+    folder: Path, name: str, parts: Mapping[str, str], velocity_rad_s: float | None = None
+) -> "Robot":
+    """Read a kept robot again with other parts, keep it so, and return it.
+
+    Args:
+        folder: of the kept robots.
+        name: of the robot.
+        parts: corrections of its parts, part -> body; the others stay.
+        velocity_rad_s: limit of every hinge; None = those that it has.
+
+    Raises:
+        FormatError: as `load_robot`.
+        StudioError: the table cannot be written.
+    """
+    from studio.engine.robots.body.robot import build_robot
+
+    table, model = _table_of(folder, name)
+    velocity = table.get("velocity_rad_s") if velocity_rad_s is None else velocity_rad_s
+    return _keep(
+        folder, model, build_robot(model, name, parts=table["parts"] | parts, velocity_rad_s=velocity)
+    )
+
+
+def _table_of(folder: Path, name: str) -> tuple[dict[str, Any], Path]:
+    """Return a robot's table and its model, which is there and as it was."""
     table = _read(find_robot(folder, name))
-    model = Path(table["model"])
+    model = folder / table["model"]
     if not model.is_file():
         raise FormatError(
             "robot.model_gone",
@@ -82,8 +124,7 @@ def load_robot(folder: Path, name: str) -> "Robot":
             name=name,
             path=model,
         )
-    robot = build_robot(model, name, parts=table["parts"], velocity_rad_s=table.get("velocity_rad_s"))
-    return replace(robot, name=name)
+    return table, model
 
 
 def kept_robots(folder: Path) -> list[str]:
@@ -92,12 +133,29 @@ def kept_robots(folder: Path) -> list[str]:
 
 
 def remove_robot(folder: Path, name: str) -> None:
-    """Remove a kept robot's table; its model stays.
+    """Remove a kept robot, so that `restore_robot` can bring it back; its model stays.
 
     Raises:
         FormatError: there is none of that name.
     """
-    find_robot(folder, name).unlink()
+    path = find_robot(folder, name)
+    path.replace(_removed(path))
+
+
+def restore_robot(folder: Path, name: str) -> None:
+    """Bring the robot back that was last removed under a name.
+
+    Raises:
+        FormatError: none was, or another has the name now.
+    """
+    path = robot_table(folder, name)
+    if path.is_file() or not _removed(path).is_file():
+        raise FormatError("robot.not_removed", "no robot {name!r} is removed that could come back", name=name)
+    _removed(path).replace(path)
+
+
+def _removed(path: Path) -> Path:
+    return path.with_suffix(".removed")
 
 
 def find_robot(folder: Path, name: str) -> Path:
@@ -123,11 +181,17 @@ def robot_table(folder: Path, name: str) -> Path:
     Raises:
         FormatError: a name that is not allowed.
     """
-    if not name or len(name) > 64 or not all(one.isalnum() or one in "-_" for one in name):
+    if not name or len(name) > MOST_NAME or not all(one.isalnum() or one in "-_" for one in name):
         raise FormatError(
             "robot.name", "robot {name!r}: allowed are up to 64 letters, digits, - and _", name=name
         )
     return folder / f"{name}.json"
+
+
+def _named_from(folder: Path, model: Path) -> str:
+    """Return how a table names a model: those among the kept robots move with them."""
+    model, folder = model.resolve(), folder.resolve()
+    return model.relative_to(folder).as_posix() if model.is_relative_to(folder) else str(model)
 
 
 def _digest(model: Path) -> str:

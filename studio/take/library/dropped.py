@@ -1,4 +1,4 @@
-"""Which of the files that somebody gives at once belong together: one recording, animation or take each.
+"""Which of the files that somebody gives at once belong together: one recording, animation, take or robot each.
 
 Only paths are looked at; what is in the files is the importers' business.
 """
@@ -9,6 +9,7 @@ from pathlib import PurePosixPath
 
 from studio.engine.animation.read.files import ENDINGS
 from studio.engine.base.sentences import say
+from studio.engine.robots.body.named_files import ENDINGS as ROBOTS
 from studio.take.folder.names import is_safe_name
 from studio.take.importers import not_importable
 from studio.take.library.bundle import ENDING
@@ -26,21 +27,27 @@ _LANDMARKS = ("pose", "predictions", "output_data")
 _ALONE = (".csv", ".mcap", ENDING, *ENDINGS)
 
 
+_MESHES = (".stl", ".obj", ".dae", ".msh", ".mtl", ".png", ".jpg")
+"""What belongs to a robot's model that is given with its files loose."""
+
+
 @dataclass(frozen=True)
 class Group:
-    """Files that make one take.
+    """Files that make one take, or the robots of one folder.
 
     Attributes:
         label: what people call it: the name of a file or folder.
         root: path of what is imported below the folder that the files lie in; empty: that folder itself.
         files: their places in the list that was given.
         problem: why they cannot be imported; empty where they may.
+        robot: whether they are models of robots.
     """
 
     label: str
     root: str
     files: tuple[int, ...]
     problem: str = ""
+    robot: bool = False
 
 
 def group_files(paths: Sequence[str]) -> list[Group]:
@@ -48,7 +55,8 @@ def group_files(paths: Sequence[str]) -> list[Group]:
 
     A folder with folders of cameras, a folder with recordings of single cameras, and a folder that is a take make one
     take each; any other folder is searched. Recordings of single cameras that were given loose are one take, as they
-    would be in a folder. Of what is of no known kind a loose file, and a folder with nothing else, has a problem.
+    would be in a folder. Models of robots make one group with all that lies in their folder; loose ones with the
+    loose meshes. Of what is of no known kind a loose file, and a folder with nothing else, has a problem.
     """
     good: dict[int, PurePosixPath] = {}
     groups: list[Group] = []
@@ -91,11 +99,22 @@ def _search(folder: PurePosixPath, files: dict[int, PurePosixPath], groups: list
         groups.append(Group(label or loose[cameras[0]].name, root, tuple(sorted(cameras + beside))))
         loose = {index: path for index, path in loose.items() if index not in (*cameras, *beside)}
     before = len(groups)
+    if not folder.name and (models := [path for path in loose.values() if _ends(path, ROBOTS)]):
+        mine = [index for index, path in loose.items() if _ends(path, (*ROBOTS, *_MESHES))]
+        groups.append(Group(models[0].name, "", tuple(mine), robot=True))
+        loose = {index: path for index, path in loose.items() if index not in mine}
     for index, path in loose.items():
         if path.name.lower().endswith((*_ALONE, *_CAMERAS)):
             groups.append(Group(path.name, path.as_posix(), (index,)))
         elif not folder.name:
             groups.append(Group(path.name, path.as_posix(), (index,), not_importable(path.name).sentence))
+    if (
+        len(folder.parts) == 1
+        and len(groups) == before
+        and any(_ends(path, ROBOTS) for path in files.values())
+    ):
+        groups.append(Group(label, root, inside, robot=True))
+        return
     below: dict[str, dict[int, PurePosixPath]] = {}
     for index, path in files.items():
         if path.parent != folder:
@@ -104,6 +123,10 @@ def _search(folder: PurePosixPath, files: dict[int, PurePosixPath], groups: list
         _search(folder / name, mine, groups)
     if len(folder.parts) == 1 and not cameras and len(groups) == before:
         groups.append(Group(label, root, inside, not_importable(label).sentence))
+
+
+def _ends(path: PurePosixPath, endings: tuple[str, ...]) -> bool:
+    return path.suffix.lower() in endings
 
 
 def _has_cameras(folder: PurePosixPath, files: dict[int, PurePosixPath]) -> bool:

@@ -199,7 +199,7 @@ def import_incoming(
         StudioError: as the importers say it, with the names as they were given.
     """
     path = inside(folder, *root.split("/")) if root else folder
-    try:
+    with given_names(folder, label):
         if path.is_file() and path.name.lower().endswith(ENDING):
             read_bundle(path, out)
         elif (path / "take.json").is_file():
@@ -215,6 +215,13 @@ def import_incoming(
                 clap_at_s=clap_at_s if videos else None,
                 progress=progress,
             )
+
+
+@contextmanager
+def given_names(folder: Path, label: str) -> Iterator[None]:
+    """Have errors name files in a folder as they were given, and the folder itself by what people call it."""
+    try:
+        yield
     except StudioError as error:
         text = error.sentence.replace(f"{folder}{os.sep}", "").replace(str(folder), label)
         raise type(error)(text) from error

@@ -8,7 +8,7 @@ import pytest
 
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.robots.body.robot import build_robot
-from studio.engine.robots.facts import robot_facts
+from studio.engine.robots.describe import robot_facts
 from studio.engine.robots.files import add_robot, kept_robots, load_robot, remove_robot
 from studio.engine.robots.motion import RobotMotion, load_motion, write_motion
 from tests.engine.robots import models
@@ -85,8 +85,8 @@ def test_a_motion_of_another_robot_is_refused(tmp_path: Path):
 def test_facts_name_what_was_assumed(tmp_path: Path):
     free = build_robot(models.written(tmp_path, models.humanoid(limit="")), "free")
     facts = robot_facts(free)
-    limits, torques = facts["notes"]
+    limits, torques = facts.notes
     assert all(name in limits for name in free.joint_names)
     assert "no torque limits" in torques
-    assert facts["moved"] == len(free.joint_names)
-    assert facts["leg_m"] == pytest.approx(0.44)
+    assert facts.moved == len(free.joint_names)
+    assert facts.leg_m == pytest.approx(0.44)

@@ -255,6 +255,10 @@ export const exportAddress = (jobId) => new URL(`exports/${jobId}`, ROOT).href;
 /** Return the file of an export that is done, as a Blob. */
 export const downloadExport = async (jobId) => (await request("GET", `exports/${jobId}`)).blob();
 
+export const getRobot = (name) => call("GET", `robots/${encodeURIComponent(name)}`);
+export const changeRobot = (name, change) => call("PATCH", `robots/${encodeURIComponent(name)}`, change);
+export const removeRobot = (name) => call("DELETE", `robots/${encodeURIComponent(name)}`);
+export const restoreRobot = (name) => call("POST", `robots/${encodeURIComponent(name)}/restore`);
 export const getRigs = () => call("GET", "rigs");
 export const sendRig = async (name, file) => heard(await send("PUT", `rigs/${encodeURIComponent(name)}`, file));
 export const getRigMapping = (name) => call("GET", `rigs/${encodeURIComponent(name)}/mapping`);

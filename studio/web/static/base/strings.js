@@ -23,6 +23,7 @@ import phone from "./strings/stage/phone.js";
 import points from "./strings/stage/points.js";
 import record from "./strings/stage/record.js";
 import replay from "./strings/takes/replay.js";
+import robots from "./strings/stage/robots.js";
 import set from "./strings/stage/set.js";
 import share from "./strings/takes/share.js";
 import switches from "./strings/stage/switches.js";
@@ -32,7 +33,7 @@ import view from "./strings/stage/view.js";
 import wizard from "./strings/stage/wizard.js";
 import work from "./strings/work.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...mend, ...page, ...people, ...performers, ...phone, ...points, ...record, ...replay, ...set, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...mend, ...page, ...people, ...performers, ...phone, ...points, ...record, ...replay, ...robots, ...set, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

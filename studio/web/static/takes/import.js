@@ -30,12 +30,12 @@ async function send(job, files) {
   return end;
 }
 
-async function bring(job, files) {
+async function bring({ job, robot }, files) {
   try {
     if (job.state === "failed") throw new Error(said(job.message));
     const done = await send(job, files);
-    showNote(t("import.done", { name: job.name, take: done.take }));
-    state.imported(done.take);
+    showNote(robot ? t("import.robot_done", { names: done.name }) : t("import.done", { name: job.name, take: done.take }));
+    if (!robot) state.imported(done.take);
   } catch (error) {
     if (error.name === "AbortError") showNote(error.message);
     else showError(t("import.failed", { name: job.name, reason: error.message }));
@@ -54,7 +54,7 @@ export function importFiles(files) {
     if (going) showNote(t("import.sending", { n: going }));
     state.sending += 1;
     try {
-      for (const one of imports) await bring(one.job, one.files.map((index) => files[index]));
+      for (const one of imports) await bring(one, one.files.map((index) => files[index]));
     } finally {
       state.sending -= 1;
     }
@@ -139,7 +139,7 @@ function build() {
     h("label", { class: "field", title: t("import.sync_hint") }, h("span", {}, t("import.sync")), h("select", { id: "import-sync" }, WAYS.map((way) => h("option", { value: way }, t(`import.sync_${way}`))))),
     h("label", { class: "field", title: t("import.clap_hint") }, h("span", {}, t("import.clap")), h("input", { id: "import-clap", type: "text", placeholder: "3.5", maxLength: 500, spellcheck: false, autocomplete: "off" })),
     h("p", { class: "muted" }, t("import.words")),
-    h("dl", {}, ["recordings", "animations", "takes"].flatMap(kinds)),
+    h("dl", {}, ["recordings", "animations", "takes", "robots"].flatMap(kinds)),
     h("form", { method: "dialog" }, h("button", { type: "submit" }, t("message.close"))),
   ];
 }

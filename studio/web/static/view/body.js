@@ -1,6 +1,8 @@
 // Which of the mannequin's bodies this browser shows. The view's own part is `view_body.js`, which hears of another choice.
-import { h } from "../base/dom.js";
+import { byId, h } from "../base/dom.js";
+import { canOperate } from "../base/role.js";
 import { number, t } from "../base/strings.js";
+import { openRobot } from "../robots/robots.js";
 
 const KEPT = "body";
 
@@ -27,12 +29,22 @@ export function bodyChoice({ robots, robot, robot_strained: strained, robot_gave
   const choice = h("div", { class: "points-choice", role: "group", aria: { label: t("body.group") } }, [
     ...BODIES.map((name) => chip(`body-${name}`, t(`body.${name}`), t(`body.${name}_hint`), !robot && name === shownBody(), () => choose(name))),
     ...robots.map((name) => chip(`robot-${name}`, name, t("body.robot_hint"), name === robot, () => change({ robot: name }))),
+    ...(canOperate() ? robotButtons(robot, change) : []),
   ]);
   const told = [
     strained.length && robotTable("strain", ["joint", "frames", "most", "at"], strained, ({ joint, frame_share: share, most, at_s: at }) => [joint, [100 * share, 1], [most, 2], [at, 2]]),
     times.length && robotTable("gave_way", ["point", "from", "to", "cm"], times, ({ point, begin_s: begin, end_s: end, most_m: most }) => [point, [begin, 2], [end, 2], [100 * most, 0]]),
   ].filter(Boolean);
   return told.length ? h("div", {}, [choice, ...told]) : choice;
+}
+
+/** What is done with robots: the shown one is looked at, another one is added. */
+function robotButtons(robot, change) {
+  const button = (id, key, onclick) => h("button", { type: "button", id, class: "chip-button", title: t(`robot.${key}_hint`), onclick }, t(`robot.${key}`));
+  return [
+    robot && button("robot-open", "open", () => openRobot(robot, (name) => change({ robot: name }))),
+    button("robot-add", "add", () => byId("import-open").click()),
+  ].filter(Boolean);
 }
 
 /**
