@@ -12,7 +12,8 @@ The trunk's joints have the covariance and the model's own error.
 
 What is not read on either side of a joint, another pose that was found for the same images, and a limb whose other
 joints are not known bound the error from below, whatever the regression says. A pose that was found before the body
-was begun anew, or that explains the first images nearly as well, is such another.
+was begun anew, or that explains the first images nearly as well, is such another. So do bones whose points other bones
+explain as well; see `search.bones`.
 """
 
 from typing import NamedTuple
@@ -159,7 +160,7 @@ def bounded(errors_m: Array, jumped_m: Array) -> Array:
 
     Args:
         errors_m: for each joint's own evidence.
-        jumped_m: how far the joints have lately jumped, shape (21,); see `search.jumps`.
+        jumped_m: how far the joints have lately jumped, or may be off, shape (21,); see `search.jumps`.
     """
     errors = np.minimum(np.maximum(errors_m, jumped_m), _MOST_M)
     limbs = errors[LIMB_JOINTS].reshape(4, 3)

@@ -55,6 +55,10 @@ class MeasuredPoints(NamedTuple):
         nothing = np.zeros((0, 3))
         return cls(nothing, nothing, nothing, np.zeros(0, np.int64))
 
+    def some(self, which: NDArray[np.bool_]) -> "MeasuredPoints":
+        """Return those of `which`, shape (point_count,)."""
+        return MeasuredPoints(self.places[which], self.views[which], self.normals[which], self.camera[which])
+
 
 @dataclass(frozen=True)
 class BodyShape:

@@ -1,7 +1,10 @@
-"""Jumps: joints of a body that was begun anew are not to be relied on for a while."""
+"""Jumps: joints of a body that was begun anew, or that nothing told, are not to be relied on for a while."""
 
 import numpy as np
 from numpy.typing import NDArray
+
+from studio.engine.seeing.fitting.confidence import LIMB_JOINTS
+from studio.engine.seeing.search.bones import Untold
 
 Array = NDArray[np.float64]
 
@@ -9,6 +12,8 @@ _KEPT = 0.93
 """Share of a jump that is kept per frame."""
 _MOST_M = 0.2
 """A jump counts as no more [m]: an arm that was elsewhere is not in doubt for longer than a trunk."""
+_UNTOLD_M = 0.1
+"""Least expected error of a joint that the images do not tell [m]."""
 
 
 class Jumps:
@@ -16,10 +21,10 @@ class Jumps:
 
     A body that is turned round or begun anew has two poses for the same images, as has one that begins with a pose
     that is hardly better than another. Its joints may be as far off as these are apart, until some frames have not
-    contradicted the later one.
+    contradicted the later one. Joints that the images did not tell are doubted for some frames for the same reason.
 
     Attributes:
-        lately_m: jumps [m] that fade within about half a second, shape (joint_count,).
+        lately_m: jumps and such doubts [m] that fade within about half a second, shape (joint_count,).
     """
 
     def __init__(self, joint_count: int) -> None:
@@ -33,3 +38,13 @@ class Jumps:
         """Add another pose: joints before and after [m], shape (joint_count, 3) each."""
         jump_m = np.linalg.norm(after - before, axis=1)
         self.lately_m = np.maximum(self.lately_m, np.minimum(jump_m, _MOST_M))
+
+    def least_m(self, untold: Untold) -> Array:
+        """Add the joints that an instant's images do not tell; return the least error of each joint [m], shape
+        (joint_count,).
+        """
+        lately, now = LIMB_JOINTS[untold.lately], LIMB_JOINTS[untold.now]
+        self.lately_m[lately] = np.maximum(self.lately_m[lately], _UNTOLD_M)
+        out = self.lately_m.copy()
+        out[now] = np.maximum(out[now], _UNTOLD_M)
+        return out

@@ -166,9 +166,7 @@ class LimbSearch:
         places, *_ = self._fitter.place(figure, pose)
         reach = 1.15 * _length(figure, limb) + 0.15
         near &= np.linalg.norm(points.places - places[limb.bodies[0]], axis=1) < reach
-        some = MeasuredPoints(
-            points.places[near], points.views[near], points.normals[near], points.camera[near]
-        )
+        some = points.some(near)
         others = others[near]
         current = pose.angles[limb.dofs][None]
         costs = self.cost(limb, figure, pose, current, some, others, silhouettes)

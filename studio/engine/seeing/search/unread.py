@@ -12,8 +12,6 @@ from studio.engine.model.human.humanoid import BODY_JOINTS
 from studio.engine.seeing.fitting.chain import Pose
 from studio.engine.seeing.fitting.cones import PARTS, part_of
 from studio.engine.seeing.fitting.fit import (
-    POINT_SHARE,
-    POINT_SIGMA_M,
     REACH_M,
     BodyShape,
     Fit,
@@ -32,6 +30,7 @@ from studio.engine.seeing.images.silhouette import (
     unread_cells,
     unread_column,
 )
+from studio.engine.seeing.search.bones import SURE, added_by, log_likelihoods
 
 Array = NDArray[np.float64]
 
@@ -43,8 +42,6 @@ _READ_M = 0.10
 """A place on a limb is read if a point lies within this distance [m]."""
 _ON_BONE_M, _FEW = 0.06, 4
 """A place that has fewer points within this distance of the surface [m] is not read."""
-_SURE = np.log(20.0)
-"""Log-likelihood that a forearm or shin must add to a body without it."""
 _HIDDEN_SHARE = 0.6
 """A bone is hidden if no camera shows more than the rest of it."""
 _LEGS = [PARTS.index(f"{side}_leg") for side in ("left", "right")]
@@ -146,20 +143,16 @@ def unread_ends(
     out = np.zeros((len(BODY_JOINTS), 2), bool)
     out[body[::-1], 0] = unread[::-1]  # the last one that is written counts
     out[body, 1] = unread
-    out[_FOREARMS_AND_SHINS, 1] |= _likelihoods(figure, fit)[_FOREARMS_AND_SHINS] < _SURE
+    out[_FOREARMS_AND_SHINS, 1] |= _beside_other_parts(figure, fit)[_FOREARMS_AND_SHINS] < SURE
     return out
 
 
-def _likelihoods(figure: BodyShape, fit: Fit) -> Array:
+def _beside_other_parts(figure: BodyShape, fit: Fit) -> Array:
     """Return the log-likelihood that each body of the chain adds to the other parts', shape (body_count,)."""
     each = np.arange(len(fit.cone)), figure.surface.part[fit.cone]
     others = fit.distance.copy()
     others[each] = REACH_M
-    own, other = (np.minimum(some, REACH_M) ** 2 for some in (fit.distance[each], others.min(axis=1)))
-    added = POINT_SHARE / (2.0 * POINT_SIGMA_M**2) * (other - own)
-    out = np.zeros(len(BODY_JOINTS))
-    np.add.at(out, figure.surface.body[fit.cone], added)
-    return out
+    return log_likelihoods(figure, fit, added_by(fit.distance[each], others.min(axis=1)))
 
 
 def _sample_of(figure: BodyShape) -> NDArray[np.int64]:

@@ -25,6 +25,7 @@ from studio.engine.seeing.fitting.shape import ShapeEstimate
 from studio.engine.seeing.fitting.timing import moved_along, worth_moving
 from studio.engine.seeing.images.silhouette import Silhouette, behind_seen
 from studio.engine.seeing.search.arms import ARMS, both_found
+from studio.engine.seeing.search.bones import untold
 from studio.engine.seeing.search.doubt import Doubt
 from studio.engine.seeing.search.facing import FacingWatch, both_sides, forwards, joints_of
 from studio.engine.seeing.search.jumps import Jumps
@@ -370,7 +371,8 @@ class FollowedBody:
         errors_m = self._errors(self._fit, self._points, joints, places, axes)
         seen = ~self._shown.hidden[CANONICAL_BODIES[LIMB_JOINTS]]
         self._sure = float(confidence_of(errors_m[LIMB_JOINTS][seen]).mean()) if seen.any() else 1.0
-        confidence = confidence_of(bounded(errors_m, self._jumps.lately_m))
+        told = untold(self.fitter, self.figure, self._fit, self._points)
+        confidence = confidence_of(bounded(errors_m, self._jumps.least_m(told)))
         return TrackedSkeleton(time_ns, joints, confidence, "tracked", self._legs.why, self.number)
 
     def _errors(self, fit: Fit, points: MeasuredPoints, joints: Array, places: Array, axes: Array) -> Array:

@@ -31,6 +31,7 @@ from studio.engine.seeing.images.silhouette import (
     nearest_cells,
     unread_cells,
 )
+from studio.engine.seeing.search.bones import twisted, untold
 from studio.engine.seeing.search.unread import Shown, unread_ends
 
 USUAL = np.zeros(len(SHAPE))
@@ -313,6 +314,46 @@ def test_a_forearm_whose_points_lie_on_other_parts_as_well_is_not_known():
     points = MeasuredPoints(places, places, places, np.zeros(60, np.int64))
     unread = unread_ends(fitter, figure, fit, points, shown)[:, 1]
     assert unread[BODY_JOINTS.index("LeftForeArm")] and not unread[BODY_JOINTS.index("RightForeArm")]
+
+
+@pytest.mark.parametrize(("bend", "untold_of_arm"), [(0.0, []), (-2.6, [0, 1, 2])])
+def test_a_folded_arm_whose_bones_explain_each_other_is_not_told(bend, untold_of_arm):
+    fitter = Fitter(*chain_of(humanoid_of(USUAL)))
+    figure = BodyShape.of(USUAL)
+    angles = fitter.limits.rest.copy()
+    angles[fitter.limits.names.index("LeftArm_raise")] = 0.0
+    angles[fitter.limits.names.index("LeftForeArm_bend")] = bend
+    pose = Pose(figure.offsets[0], np.eye(3), angles)
+    *_, origins, frames = fitter.place(figure, pose)
+    shares = np.linspace(0.05, 0.95, 20)
+    bones = [figure.surface.body == BODY_JOINTS.index(f"Left{bone}") for bone in ("Arm", "ForeArm")]
+    cones = np.flatnonzero(bones[0] | bones[1])
+    if bend:
+        cones = cones[:1]
+    places = np.concatenate(
+        [
+            sample_places(figure, origins, frames, np.stack([np.full(20, c), shares], axis=1))
+            - [0.0, figure.surface.start_radius[c], 0.0]
+            for c in cones
+        ]
+    )
+    count = len(places)
+    before = np.tile([0.0, -1.0, 0.0], (count, 1))
+    points = MeasuredPoints(places, before, np.zeros((count, 3)), np.zeros(count, np.int64))
+    cone, _, _, offset, distance = fitter.match(figure, pose, points)
+    fit = Fit(pose, distance, cone, offset, np.eye(len(fitter.limits.names) + 6))
+    found = untold(fitter, figure, fit, points)
+    assert np.flatnonzero((found.now | found.lately)[:3]).tolist() == untold_of_arm
+
+
+def test_a_trunk_at_the_end_of_its_twist_is_not_told():
+    _, limits = chain_of(humanoid_of(USUAL))
+    pose = Pose(np.zeros(3), np.eye(3), limits.rest)
+    k = limits.names.index("Spine_twist")
+    for angle, expected in ((0.5 * limits.high[k], False), (limits.high[k], True), (limits.low[k], True)):
+        angles = limits.rest.copy()
+        angles[k] = angle
+        assert twisted(limits, pose.with_angles(angles)) == expected
 
 
 def test_how_far_points_lie_behind_what_is_seen():

@@ -28,6 +28,12 @@ def test_feet_beyond_the_range_do_not_lift_the_body():
     assert np.median(done.error_m[5:, [4, 10]]) < 0.06, "knees"
 
 
+def test_an_arm_that_may_be_folded_or_stretched_towards_the_camera_is_doubted():
+    done = run("edge", 4, "swings", seconds=1.0)
+    arm = done.error_m[:, :3] > 0.10
+    assert arm.any() and not done.believed.any()
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("way", WAYS)
 def test_no_joint_is_off_and_believed(way):

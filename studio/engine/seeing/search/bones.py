@@ -1,0 +1,119 @@
+"""Joints whose bones lie on points that other bones explain as well, and of a trunk that is twisted to its limit.
+
+Such a body lies on its points and may still be wrong: a folded arm explains them as one that is stretched towards the
+camera does, a shin on the other leg explains none of its own. In a trunk at the end of its twist, shoulders and hips
+are drawn to different headings, and one of them is wrong.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.model.human.humanoid import BODY_JOINTS
+from studio.engine.seeing.fitting.chain import Limits, Pose
+from studio.engine.seeing.fitting.fit import (
+    POINT_SHARE,
+    POINT_SIGMA_M,
+    REACH_M,
+    BodyShape,
+    Fit,
+    Fitter,
+    MeasuredPoints,
+)
+
+Array = NDArray[np.float64]
+
+SURE = np.log(20.0)
+"""Log-likelihood that a bone must add to a body without it."""
+_AT_LIMIT = 0.99
+"""Share of its limit from which a hinge is at it."""
+_LIMBS = [(side, limb) for side in ("Left", "Right") for limb in ("arm", "leg")]
+_BONES = {"arm": ("Arm", "ForeArm", "Hand"), "leg": ("UpLeg", "Leg", "Foot", "ToeBase")}
+_UPPER, _LOWER, _NEXT = (
+    np.array([BODY_JOINTS.index(f"{side}{_BONES[limb][k]}") for side, limb in _LIMBS]) for k in range(3)
+)
+_FROM_LOWER = np.array([
+    BODY_JOINTS.index(f"{side}{bone}") for side, limb in _LIMBS for bone in _BONES[limb][1:]
+])  # fmt: skip
+_ARM = np.array([limb == "arm" for _, limb in _LIMBS])
+
+
+class Untold(NamedTuple):
+    """Which joints the points do not tell, in the order of `confidence.LIMB_JOINTS`, shape (12,).
+
+    Attributes:
+        now: of these images; a wrist is found anew in one. lately: the others, which stay in doubt for some frames,
+            because the body moves to points step by step.
+    """
+
+    now: NDArray[np.bool_]
+    lately: NDArray[np.bool_]
+
+
+def untold(fitter: Fitter, figure: BodyShape, fit: Fit, points: MeasuredPoints) -> Untold:
+    """Return the joints that the points do not tell.
+
+    A wrist or ankle needs points on the far half of its forearm or shin, a hip on its thigh, that no other bone
+    explains as well, the limb's own among them. Shoulder and elbow of an arm that is bent by more than a right angle
+    need such points on one of its bones.
+    """
+    places = fitter.place(figure, fit.pose)[0]
+    upper_each = _added(fitter, figure, fit, points, _UPPER)
+    lower_each = _added(fitter, figure, fit, points, _FROM_LOWER)
+    upper, lower = (
+        log_likelihoods(figure, fit, each)[bones]
+        for each, bones in ((upper_each, _UPPER), (lower_each, _LOWER))
+    )
+    far = np.zeros(len(_LIMBS))
+    for k, (first, last) in enumerate(zip(places[_LOWER], places[_NEXT], strict=True)):
+        beyond = (points.places - 0.5 * (first + last)) @ (last - first) > 0.0
+        far[k] = lower_each[beyond & (figure.surface.body[fit.cone] == _LOWER[k])].sum()
+    middle = places[_LOWER]
+    bent = np.einsum("ki,ki->k", middle - places[_UPPER], places[_NEXT] - middle) < 0.0
+    folded = _ARM & bent & (upper < SURE) & (lower < SURE)
+    root = np.where(_ARM, folded, upper < SURE) | twisted(fitter.limits, fit.pose)
+    end = far < SURE
+    now = np.stack([np.zeros_like(end), np.zeros_like(end), end & _ARM], axis=1)
+    lately = np.stack([root, folded, end & ~_ARM], axis=1)
+    return Untold(now.ravel(), lately.ravel())
+
+
+def twisted(limits: Limits, pose: Pose) -> bool:
+    """Whether the trunk is at the limit of its twist."""
+    k = limits.names.index("Spine_twist")
+    return not _AT_LIMIT * limits.low[k] < pose.angles[k] < _AT_LIMIT * limits.high[k]
+
+
+def log_likelihoods(figure: BodyShape, fit: Fit, added: Array) -> Array:
+    """Return the sum over the points of each body of the chain, shape (body_count,).
+
+    `added`: log-likelihood that each point's bone adds, shape (point_count,); see `added_by`.
+    """
+    sums = np.bincount(figure.surface.body[fit.cone], weights=added, minlength=len(BODY_JOINTS))
+    return np.asarray(sums, dtype=np.float64)
+
+
+def added_by(own_m: Array, others_m: Array) -> Array:
+    """Return the log-likelihood of points that lie so far from their own bone, and from others [m], above that
+    without their own."""
+    own, others = (np.minimum(some, REACH_M) ** 2 for some in (own_m, others_m))
+    return POINT_SHARE / (2.0 * POINT_SIGMA_M**2) * (others - own)
+
+
+def _added(
+    fitter: Fitter, figure: BodyShape, fit: Fit, points: MeasuredPoints, bodies: NDArray[np.int64]
+) -> Array:
+    """Return the log-likelihood that each point's bone adds to the rest of its limb without `bodies` and to the other
+    parts; 0 for points of other bones, shape (point_count,).
+    """
+    cones = np.isin(figure.surface.body, bodies)
+    mine = cones[fit.cone]
+    rest = figure.only(np.flatnonzero(~cones))
+    each = np.arange(int(mine.sum())), figure.surface.part[fit.cone[mine]]
+    others = fit.distance[mine]
+    own = others[each]
+    others[each] = fitter.match(rest, fit.pose, points.some(mine))[-1][each]
+    out = np.zeros(len(mine))
+    out[mine] = added_by(own, others.min(axis=1))
+    return out
