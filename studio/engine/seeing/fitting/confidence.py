@@ -12,8 +12,8 @@ The trunk's joints have the covariance and the model's own error.
 
 What is not read on either side of a joint, another pose that was found for the same images, and a limb whose other
 joints are not known bound the error from below, whatever the regression says. A pose that was found before the body
-was begun anew, or that explains the first images nearly as well, is such another. So do bones whose points other bones
-explain as well; see `search.bones`.
+was begun anew, or that explains the first images nearly as well, is such another. Joints that no points tell have a
+bound, too; see `search.bones`.
 """
 
 from typing import NamedTuple

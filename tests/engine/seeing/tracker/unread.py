@@ -5,7 +5,7 @@ with a confidence over 0.75.
 """
 
 import argparse
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -133,10 +133,10 @@ def part_of(way: str, seed: int) -> str:
     return parts[(seed + WAYS.index(way)) % len(parts)]
 
 
-def runs(seeds: int) -> Iterator[tuple[str, int, str, Run]]:
-    """Run all ways with some seeds."""
-    for way in WAYS:
-        for seed in range(seeds):
+def runs(ways: Iterable[str], seeds: Sequence[int]) -> Iterator[tuple[str, int, str, Run]]:
+    """Run ways with some seeds."""
+    for way in ways:
+        for seed in seeds:
             part = part_of(way, seed)
             yield way, seed, part, run(way, seed, part)
 
@@ -144,13 +144,15 @@ def runs(seeds: int) -> Iterator[tuple[str, int, str, Run]]:
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)
+    parser.add_argument("--seeds", nargs="+", type=int, default=range(10))
+    args = parser.parse_args()
     names = [
         f"{side[0]}_{name}"
         for side in ("left", "right")
         for name in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
     ]
-    for way, seed, part, done in runs(parser.parse_args().seeds):
+    for way, seed, part, done in runs(args.ways, args.seeds):
         bad = done.believed
         where = ", ".join(f"{names[j]} {int(bad[:, j].sum())}" for j in np.flatnonzero(bad.any(axis=0)))
         found = np.isfinite(done.error_m[:, 0])
