@@ -76,7 +76,7 @@ def pytest_configure() -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Run more processes than there are cores, because some mostly wait."""
+    """Run twice as many processes as there are cores, of which half mostly wait."""
     return processes()
 
 

@@ -1,8 +1,7 @@
-"""How many processes run the tests, and which: one a core begins with those that compute, the others, one more, with
-those in real time.
+"""How many processes run the tests, and which: half begin with those in real time, half with those that compute.
 
-These wait more than they compute, so that all together keep the machine busy. A process that has none of its kind
-left goes on with the other.
+The first kind waits more than it computes, so both kinds together, twice as many as there are cores, keep the machine
+busy. A process that has none of its kind left goes on with the other.
 """
 
 import os
@@ -26,7 +25,7 @@ FIRST = ("tests/test_guards.py", "tests/test_site.py", "tests/test_examples.py")
 
 def processes() -> int:
     """How many processes run the tests at the same time."""
-    return 2 * (os.cpu_count() or 1) + 1
+    return 2 * (os.cpu_count() or 1)
 
 
 class Scheduling(LoadScopeScheduling):
