@@ -90,10 +90,10 @@ def test_performers_have_colours_and_names_of_their_own(address: str, stage: Fak
         return int((new[..., 0] - new[..., 2] > 15).sum() - (new[..., 2] - new[..., 0] > 15).sum())
 
     with stage.performing(two_and_a_stranger):
-        until(lambda: more_red(right) > 1000 and more_red(left) < -1000)
+        until(lambda: more_red(right) > 5000 and more_red(left) < -5000)
         stage.performers = []
     with stage.performing():
-        until(lambda: abs(more_red(left)) < 200 and abs(more_red(right)) < 200)
+        until(lambda: abs(more_red(left)) < 1000 and abs(more_red(right)) < 1000)  # its joints are dark blue
 
 
 @pytest.mark.browser
