@@ -80,9 +80,16 @@ class Around:
 
 
 def around(
-    frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibration, begin_s: float, end_s: float
+    frames: Mapping[str, Sequence[CameraFrame]],
+    calibration: Calibration,
+    begin_s: float,
+    end_s: float,
+    doubted: Sequence[int] = (),
 ) -> Around | None:
-    """Return what the cameras see between two stage times [s]; None where they see nothing."""
+    """Return what the cameras see between two stage times [s]; None where they see nothing.
+
+    `doubted`: joints that do not tell which cameras have left and right exchanged.
+    """
     time_s = np.arange(begin_s, end_s + 0.5 * STEP_S, STEP_S)
     cameras = {
         name: found
@@ -102,7 +109,9 @@ def around(
         confidence = np.stack([own for _, _, own in grids], axis=1)
         exchanged = _put_on_rays(tracks, confidence, centres, depthless)
     if not depthless.all():
-        exchanged[:, ~depthless] = exchanged_sides(tracks[:, ~depthless])
+        told = tracks[:, ~depthless]
+        told[:, :, list(doubted)] = np.nan
+        exchanged[:, ~depthless] = exchanged_sides(told)
     tracks = np.where(exchanged[..., None, None], tracks[:, :, MIRROR], tracks)
     noise = np.where(exchanged[..., None], noise[:, :, MIRROR], noise)
     return Around(time_s, cameras, tracks, noise, exchanged)

@@ -124,13 +124,15 @@ def too_far(track: Array, at: slice, place_m: Array) -> Array:
 def jumps_of(local: Array) -> Array:
     """How far joints jump before an instant, beyond their velocity around it, shape of `local`; NaN = unknown.
 
-    A camera's frames are between the instants, so that a jump takes two of them.
+    A camera's frames are between the instants, so that a jump takes two of them. Where the joint is unseen on one side
+    of it, its velocity on the other tells.
     """
     out = np.full_like(local, np.nan)
     k = np.arange(SLOPE + 1, len(local) - SLOPE + 1)
-    before = local[k - 2] - local[k - 1 - SLOPE]
-    after = local[k + SLOPE - 1] - local[k]
-    out[k] = local[k] - local[k - 2] - (before + after) / (SLOPE - 1)
+    before = (local[k - 2] - local[k - 1 - SLOPE]) / (SLOPE - 1)
+    after = (local[k + SLOPE - 1] - local[k]) / (SLOPE - 1)
+    before, after = np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
+    out[k] = local[k] - local[k - 2] - before - after
     return out
 
 

@@ -23,8 +23,9 @@ from studio.engine.whole_take.mending.around import (
 )
 from studio.engine.whole_take.mending.evidence import Erring
 from studio.engine.whole_take.mending.habit import Habit, habit
-from studio.engine.whole_take.mending.interval import erring, fading
-from studio.engine.whole_take.mending.middle import filled, median_of
+from studio.engine.whole_take.mending.interval import erring, fading, limb_of
+from studio.engine.whole_take.mending.middle import median_of
+from studio.engine.whole_take.mending.names import alike, by_names, exchanges, turned_back, turned_since
 from studio.engine.whole_take.mending.shifts import shift_of
 from studio.engine.whole_take.mending.spread import spread
 
@@ -89,10 +90,11 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
     """Return frames mended around some pins of one joint."""
     begin = min(pin.start_s for pin in pins) - REACH_S
     end = max(pin.end_s for pin in pins) + REACH_S
-    seen = around(frames, calibration, begin, end)
+    joint, performer = INDEX[pins[0].joint], calibration.performer
+    limb = limb_of(joint)[-1]
+    seen = around(frames, calibration, begin, end, doubted=[*limb, *MIRROR[list(limb)]])
     if seen is None:
         return frames
-    joint, performer = INDEX[pins[0].joint], calibration.performer
     if not np.isfinite(seen.tracks[:, :, joint]).any():
         return frames  # a single camera without depth places nothing
     pinned, place = _pinned(seen, pins, lifted_m)
@@ -112,29 +114,40 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
         errs = _contradict(seen.tracks[:, :, joint], place, at)
         if not errs.any():
             continue
-        tracks, noise = seen.tracks[:, errs], seen.noise[:, errs]
-        found, share = erring(tracks, noise, joint, at, place, axes, performer), None
+        found, named, turned = _likeliest(seen, joint, at, place, axes, performer, errs)
+        share = None
         if not found.is_seen:
-            found, share = fading(tracks, joint, at, place)
-        rows = np.arange(found.rows.start, found.rows.stop)
-        of_all = _in_all_cameras(seen, joint, errs, found)
+            found, share = fading(seen.tracks[:, errs], joint, at, place)
+        rows, own_turned = np.arange(found.rows.start, found.rows.stop), turned[found.rows]
+        of_all = _in_all_cameras(named, joint, errs, turned, found)
+        put, left = np.full_like(places, np.nan), np.zeros_like(gone)
         if found.follows:
             own = axes if found.in_body else np.broadcast_to(np.eye(3), axes.shape)
             if share is None:
-                shift = shift_of(found, seen.tracks, seen.noise, of_all, own, performer)
+                shift = shift_of(found, named.tracks, named.noise, of_all, own, performer)
                 shifts = np.broadcast_to(shift, (len(rows), 3))
             else:
                 shifts = share[:, None] * found.shift_m
             shifted = np.einsum("tab,tb->ta", own[rows], shifts)[:, None]
             for other in found.joints:
-                moved = seen.tracks[rows, :, other] - shifted
-                places[rows, :, other] = np.where(of_all[..., None], moved, places[rows, :, other])
+                moved = named.tracks[rows, :, other] - shifted
+                put[rows, :, other] = np.where(of_all[..., None], moved, np.nan)
         else:
-            lasts[rows] |= of_all
+            lasts[rows] |= of_all & ~own_turned
+            left[rows, :, joint] |= of_all & own_turned
             for other in found.joints[1:]:
-                gone[rows, :, other] |= of_all
+                left[rows, :, other] |= of_all
         if share is None:
-            _leave_out_ends(gone, found, of_all, at)
+            _leave_out_ends(left, found, of_all, at)
+        put, left = turned_back(put, turned), turned_back(left, turned)
+        between = exchanges(turned)[rows] & of_all
+        for other in found.joints:
+            left[rows, :, MIRROR[other]] |= between
+            if found.follows or other != joint:
+                left[rows, :, other] |= between
+        if not found.follows:
+            lasts[rows] |= between
+        places, gone = np.where(np.isfinite(put), put, places), gone | left
     unseen, guessed = _unseen_about(seen, joint, pinned), np.zeros(places.shape[:3], dtype=bool)
     if lasts.any() or unseen.any():
         path = _path(seen, joint, middle, axes, origin, lasts, pinned, place, performer)
@@ -151,15 +164,40 @@ def _contradict(tracks: Array, place: Array, at: slice) -> NDArray[np.bool_]:
     return np.fmax.reduce(off, axis=0, initial=0.0) > WRONG_M
 
 
-def _in_all_cameras(seen: Around, joint: int, errs: NDArray[np.bool_], found: Erring) -> NDArray[np.bool_]:
+def _likeliest(
+    seen: Around,
+    joint: int,
+    at: slice,
+    place: Array,
+    axes: Array,
+    performer: Performer | None,
+    errs: NDArray[np.bool_],
+) -> tuple[Erring, Around, NDArray[np.bool_]]:
+    """The likeliest error of the cameras that contradict a pin, the cameras as it follows them, and where their names
+    are then those of the other side, shape (count, camera_count)."""
+    nowhere = np.zeros(seen.exchanged.shape, dtype=bool)
+    found = erring(seen.tracks[:, errs], seen.noise[:, errs], joint, at, place, axes, performer)
+    turned = turned_since(seen, at, errs)
+    if not found.is_seen or not turned[found.rows].any():
+        return found, seen, nowhere
+    named, here = by_names(seen, turned), np.where(exchanges(turned)[..., None, None], np.nan, seen.tracks)
+    own, other = (
+        erring(
+            tracks[:, errs], noise[:, errs], joint, at, place, axes, performer, told=~turned[:, errs]
+        )  # both from the same readings
+        for tracks, noise in ((here, seen.noise), (named.tracks, named.noise))
+    )
+    return (other, named, turned) if other.cost < own.cost else (found, seen, nowhere)
+
+
+def _in_all_cameras(
+    seen: Around, joint: int, errs: NDArray[np.bool_], turned: NDArray[np.bool_], found: Erring
+) -> NDArray[np.bool_]:
     """Where cameras err: those that contradict the pin, and those that say what these do most of the time, shape
     (row_count, camera_count)."""
-    track = seen.tracks[found.rows, :, joint]
-    theirs = filled(median_of(seen.tracks[found.rows][:, errs]))[:, joint]
-    near = 0.5 * np.linalg.norm(found.shift_m) if found.follows else ALIKE_M
-    known, alike = np.isfinite(track[..., 0]), np.linalg.norm(track - theirs[:, None], axis=2) < near
-    mostly = alike.sum(axis=0) > 0.5 * known.sum(axis=0)
-    return errs | mostly & (found.follows | alike)
+    near = 0.5 * float(np.linalg.norm(found.shift_m)) if found.follows else ALIKE_M
+    same, mostly = alike(seen.tracks[found.rows, :, joint], errs, turned[found.rows], near)
+    return errs | mostly & (found.follows | same)
 
 
 def _leave_out_ends(gone: NDArray[np.bool_], found: Erring, errs: NDArray[np.bool_], at: slice) -> None:

@@ -39,6 +39,9 @@ UNTOLD = 3.0
 HELD_M_S, HELD_STEPS, HELD_S = 0.15, 4, 0.2
 """A camera holds a joint in its place that is slower over so many instants [m/s], for so long around the pin [s]."""
 
+HELD_COST = -1000.0
+"""Cost of a joint that is held in its place, less the steps in which it is: less than that of any other error."""
+
 FADE_S = 0.5
 """An error of which nothing but the pin tells fades in so long before and after it [s]."""
 
@@ -61,6 +64,7 @@ def erring(
     place_m: Array,
     axes: Array,
     performer: Performer | None,
+    told: NDArray[np.bool_] | None = None,
 ) -> Erring:
     """Return the likeliest error around a pin.
 
@@ -72,7 +76,9 @@ def erring(
         place_m: its places [m], shape (count, 3).
         axes: of the body, shape (count, 3, 3).
         performer: has the lengths of bones; None = unknown.
+        told: where the distance of a camera's joint from the pin tells, shape (count, camera_count); None = everywhere.
     """
+    near = tracks[:, :, joint] if told is None else np.where(told[..., None], tracks[:, :, joint], np.nan)
     bones = {} if performer is None else performer.bones_m()
     lengths = {name: length for name, length in bones.items() if length > SHORT_M}
     last, scale = len(tracks) - 1, scale_of(jumps_of(tracks), noise)
@@ -82,7 +88,7 @@ def erring(
         for in_body in (False, True):
             own = axes if in_body else np.broadcast_to(np.eye(3), axes.shape)
             tried = ShiftErrors(
-                tracks, scale[..., list(joints)], joint, joints, at, place_m[at], own, lengths, in_body
+                tracks, near, scale[..., list(joints)], joint, joints, at, place_m[at], own, lengths, in_body
             )
             for row in (
                 slice(max(at.start - 1, 0), at.start),
@@ -97,7 +103,7 @@ def erring(
     own = limb_of(joint)[0]
     told = [one for one in own if CANONICAL[one] in lengths]
     right = sum((bones_off(tracks, one, lengths) for one in told), np.zeros(len(tracks)))
-    right += too_far(tracks[:, :, joint], at, place_m[at].mean(axis=0))
+    right += too_far(near, at, place_m[at].mean(axis=0))
     untold = UNTOLD * np.isfinite(tracks[:, :, told, 0]).sum(axis=(1, 2))
     jump = jumps_of(tracks[:, :, list(own)])
     jumps = UNTOLD * np.isfinite(jump[..., 0]).sum(axis=(1, 2)) - squared_of(jump, scale[..., list(own)])
@@ -106,16 +112,17 @@ def erring(
         best_of(untold - right, unmoved, unmoved, at, own, np.zeros(3), in_body=False, follows=False)
     )
     best = min(found, key=lambda one: one.cost)
-    rows = None if best.is_seen and best.follows else held(tracks, joint, at)
+    rows, steps = (None, 0) if best.is_seen and best.follows else held(tracks, joint, at)
     if rows is None:
         return best
     if best.is_seen:
         rows = slice(min(rows.start, best.rows.start), max(rows.stop, best.rows.stop))
-    return Erring(rows, own, np.zeros(3), False, False, -np.inf)
+    return Erring(rows, own, np.zeros(3), False, False, HELD_COST - steps)
 
 
-def held(tracks: Array, joint: int, at: slice) -> slice | None:
-    """Return the instants around a pin at which most cameras hold a joint in its place; None where they do not.
+def held(tracks: Array, joint: int, at: slice) -> tuple[slice | None, int]:
+    """Return the instants around a pin at which most cameras hold a joint in its place, None where they do not; and
+    in how many steps from one instant to the next a camera does so then.
 
     Args:
         tracks, joint, at: as in `erring`.
@@ -135,7 +142,9 @@ def held(tracks: Array, joint: int, at: slice) -> slice | None:
     while last < count and most[last]:
         last += 1
     held_s = (last - first) * STEP_S
-    return slice(first, last + 1) if most[first:last].all() and held_s >= HELD_S else None
+    if not most[first:last].all() or held_s < HELD_S:
+        return None, 0
+    return slice(first, last + 1), int(links[first:last].sum())
 
 
 def fading(tracks: Array, joint: int, at: slice, place_m: Array) -> tuple[Erring, Array]:

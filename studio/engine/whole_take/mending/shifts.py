@@ -38,6 +38,7 @@ class ShiftErrors:
     def __init__(
         self,
         tracks: Array,
+        near: Array,
         scale: Array,
         joint: int,
         joints: tuple[int, ...],
@@ -49,11 +50,11 @@ class ShiftErrors:
     ) -> None:
         self._tracks, self.scale_of, self._joint, self._joints, self._at = tracks, scale, joint, joints, at
         self._own, self._lengths, self._in_body = own, lengths, in_body
-        self._there = place_m.mean(axis=0)
+        self._near, self._there = near, place_m.mean(axis=0)
         self._local = np.einsum("tba,tcjb->tcja", own, tracks[:, :, list(joints)])
         self._jump = jumps_of(self._local)
         self._plain = squared_of(self._jump, scale)
-        self._frames = bones_off(tracks, joints[0], lengths) + too_far(tracks[:, :, joint], at, self._there)
+        self._frames = bones_off(tracks, joints[0], lengths) + too_far(near, at, self._there)
 
     def off_m(self, row: slice) -> Array:
         """By how much the joint is off the pin's place in some instants [m], shape (3,): where an error begins or
@@ -68,7 +69,7 @@ class ShiftErrors:
         away = np.einsum("tab,b->ta", self._own, shift)[:, None]
         top, tracks = self._joints[0], self._tracks
         frames = bones_off(tracks, top, self._lengths, tracks[:, :, top] - away)
-        frames += too_far(tracks[:, :, self._joint] - away, self._at, self._there) - self._frames
+        frames += too_far(self._near - away, self._at, self._there) - self._frames
         begins, ends = (
             squared_of(self._jump + sign * shift, self.scale_of, MOST_OF_SHIFT) - self._plain
             for sign in (-1.0, 1.0)
