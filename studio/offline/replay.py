@@ -232,7 +232,7 @@ class _PerformerSolve:
         lifted_m = lift_of_pins_m(agreeing, calibration, settings, edits, start_s=start_s)
         frames = edited_frames(agreeing, calibration, edits, lifted_m=lifted_m)
         pins = pins_of(take, performer, edits, calibration.performer)
-        edited = edited_of(agreeing, frames, pins, calibration, start_s)
+        edited = edited_of(agreeing, frames, edits, pins, calibration, start_s)
         if edited is not None:
             edited = replace(edited, frames=Joined(list(frames.values())))
             frames, pins = agreeing, pins_of(take, performer, (), calibration.performer)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from studio.engine.base.arrays import runs
 from studio.engine.base.geometry import matrices
 from studio.engine.base.quaternions import blended
+from studio.engine.edits.edit import Edit, ExchangeEdit, LeaveOutEdit
 from studio.engine.edits.frames import Frames, changed_spans_s, stage_s
 from studio.engine.edits.pins import Pins
 from studio.engine.edits.timing import eased
@@ -28,7 +29,10 @@ LEAD_S = 0.1
 """A filter begins to differ this long before a change [s]: it knows the next frames."""
 
 MOST = 0.5
-"""Edits that change a larger share of a take tell about the whole of it."""
+"""Cameras or joints that are doubted for a larger share of a take tell about the whole of it."""
+
+WHOLE = 0.999
+"""Edits that may move a larger share of a take leave nothing as it is."""
 
 Span = tuple[float, float]
 
@@ -62,7 +66,12 @@ class Edited:
 
 
 def edited_of(
-    frames: Frames, edited: Frames, pins: Pins, calibration: Calibration, start_s: float | None = None
+    frames: Frames,
+    edited: Frames,
+    edits: Sequence[Edit],
+    pins: Pins,
+    calibration: Calibration,
+    start_s: float | None = None,
 ) -> Edited | None:
     """Return what edits change in a performer's take; None where they change nothing, or so much that it is another
     take.
@@ -70,6 +79,7 @@ def edited_of(
     Args:
         frames: by camera, in order of time.
         edited: the same, as edits leave them.
+        edits: of the performer.
         pins: as `Edited` has them.
         calibration: has the cameras' clocks.
         start_s: stage time before which nothing counts [s].
@@ -84,10 +94,20 @@ def edited_of(
     if not spans_s or not ends:
         return None
     begin_s, end_s = max(min(ends), -np.inf if start_s is None else start_s), max(ends)
-    changed_s = sum(max(min(end, end_s) - max(begin, begin_s), 0.0) for begin, end in spans_s)
-    if changed_s > MOST * (end_s - begin_s):
+    asked_s = [(edit.start_s, edit.end_s) for edit in edits if isinstance(edit, ExchangeEdit | LeaveOutEdit)]
+    moved_s = [(begin - AROUND_S, end + AROUND_S) for begin, end in spans_s]
+    if _share(asked_s, begin_s, end_s) > MOST or _share(moved_s, begin_s, end_s) > WHOLE:
         return None
     return Edited(pins, spans_s)
+
+
+def _share(spans_s: Sequence[Span], begin_s: float, end_s: float) -> float:
+    """Share of the time from begin to end that spans take [s]."""
+    covered_s, last_s = 0.0, begin_s
+    for begin, end in sorted(spans_s):
+        covered_s += max(min(end, end_s) - max(begin, last_s), 0.0)
+        last_s = max(last_s, end)
+    return covered_s / max(end_s - begin_s, 1e-9)
 
 
 def _apart(spans_s: Sequence[Span]) -> list[Span]:

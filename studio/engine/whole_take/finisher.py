@@ -221,6 +221,7 @@ class Finisher:
                 contacts = contacts.at_places_of(feet.joints_m, pieces, self._dt)
                 if not self._floor_given:
                     contacts = without_dips(feet, contacts)
+                    known.raise_feet(feet, contacts)
             if touches:
                 floor_m = 0.0 if contacts is None else contacts.floor_m
                 known.touch(self._kinematics, q, pieces, floor_m)

@@ -1,14 +1,15 @@
 """What an operator knows of a take, as finishing takes it: joints at places, stances of feet, contacts of joints."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.edits.pins import Pins
 from studio.engine.solve.touching import HeldJoint, with_held, with_touches
-from studio.engine.whole_take.finish.contact.contacts import Contacts, lying
-from studio.engine.whole_take.finish.contact.soles import Soles, lift_m
+from studio.engine.whole_take.finish.contact.contacts import JOINTS, Contacts, lying
+from studio.engine.whole_take.finish.contact.soles import Soles, dips_m, lift_m
 from studio.engine.whole_take.finish.trajectory import Kinematics
 
 
@@ -62,6 +63,17 @@ class Known:
             lifted_m = lift_m(feet, contacts) if lifted_m is None else lifted_m
             self.pinned = self._own = self._places = self._places.raised(-lifted_m)
         return contacts
+
+    def raise_feet(self, feet: Soles, contacts: Contacts) -> None:
+        """Raise what is pinned of feet whose sole is under the floor there: a place that was clicked is off by
+        centimetres, the floor is not."""
+        if self._places is None:
+            return
+        dips = np.maximum(dips_m(feet, contacts), 0.0).reshape(-1, 2, 2).max(axis=2)
+        pinned = self._places.information[:, list(JOINTS)] > 0.0
+        place_m = self._places.place_m.copy()
+        place_m[:, list(JOINTS), 2] += pinned * np.repeat(dips, 2, axis=1)
+        self.pinned = self._own = self._places = replace(self._places, place_m=place_m)
 
     def touch(
         self, kinematics: Kinematics, q: NDArray[np.float64], pieces: list[tuple[int, int]], floor_m: float

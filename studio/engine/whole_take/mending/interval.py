@@ -40,7 +40,8 @@ HELD_M_S, HELD_STEPS, HELD_S = 0.15, 4, 0.2
 """A camera holds a joint in its place that is slower over so many instants [m/s], for so long around the pin [s]."""
 
 HELD_COST = -1000.0
-"""Cost of a joint that is held in its place, less the steps in which it is: less than that of any other error."""
+"""Cost of a joint that is held in its place, less the steps in which a camera holds it, and less what else tells of an
+error: it is less than that of any other."""
 
 FADE_S = 0.5
 """An error of which nothing but the pin tells fades in so long before and after it [s]."""
@@ -112,17 +113,18 @@ def erring(
         best_of(untold - right, unmoved, unmoved, at, own, np.zeros(3), in_body=False, follows=False)
     )
     best = min(found, key=lambda one: one.cost)
-    rows, steps = (None, 0) if best.is_seen and best.follows else held(tracks, joint, at)
-    if rows is None:
+    rows, still = (None, None) if best.is_seen and best.follows else held(tracks, joint, at)
+    if rows is None or still is None:
         return best
     if best.is_seen:
         rows = slice(min(rows.start, best.rows.start), max(rows.stop, best.rows.stop))
-    return Erring(rows, own, np.zeros(3), False, False, HELD_COST - steps)
+    cost = HELD_COST + min(best.cost, 0.0) - float(still[rows.start : rows.stop - 1].sum())
+    return Erring(rows, own, np.zeros(3), False, False, cost)
 
 
-def held(tracks: Array, joint: int, at: slice) -> tuple[slice | None, int]:
+def held(tracks: Array, joint: int, at: slice) -> tuple[slice | None, NDArray[np.int64]]:
     """Return the instants around a pin at which most cameras hold a joint in its place, None where they do not; and
-    in how many steps from one instant to the next a camera does so then.
+    how many cameras do so from each instant to the next, shape (count - 1,).
 
     Args:
         tracks, joint, at: as in `erring`.
@@ -142,9 +144,8 @@ def held(tracks: Array, joint: int, at: slice) -> tuple[slice | None, int]:
     while last < count and most[last]:
         last += 1
     held_s = (last - first) * STEP_S
-    if not most[first:last].all() or held_s < HELD_S:
-        return None, 0
-    return slice(first, last + 1), int(links[first:last].sum())
+    rows = slice(first, last + 1) if most[first:last].all() and held_s >= HELD_S else None
+    return rows, links.sum(axis=1)
 
 
 def fading(tracks: Array, joint: int, at: slice, place_m: Array) -> tuple[Erring, Array]:

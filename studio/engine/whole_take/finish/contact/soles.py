@@ -53,14 +53,19 @@ def without_dips(feet: Soles, contacts: Contacts) -> Contacts:
 
     A swinging foot that dips its toes into the floor for an instant does not show where the floor is.
     """
-    soles, joints = feet.soles_m, feet.joints_m[..., 2]
-    standing = _standing_m(soles, contacts)
-    if len(standing) == 0:
-        return contacts
-    dip = np.percentile(standing, LOWEST_PERCENT) - GIVES_M - soles
+    dip, joints = dips_m(feet, contacts), feet.joints_m[..., 2]
     return replace(
         contacts, least_m=np.where(dip > 0.0, np.maximum(contacts.least_m, joints + dip), contacts.least_m)
     )
+
+
+def dips_m(feet: Soles, contacts: Contacts) -> NDArray[np.float64]:
+    """Return how far soles are under the floor, beyond what gives [m], shape (frame_count, 4); 0 or less = they are
+    not. Without a standing foot none is."""
+    standing = _standing_m(feet.soles_m, contacts)
+    if len(standing) == 0:
+        return np.zeros_like(feet.soles_m)
+    return np.percentile(standing, LOWEST_PERCENT) - GIVES_M - feet.soles_m
 
 
 def lift_m(feet: Soles, contacts: Contacts, *, percent: float = LOWEST_PERCENT) -> float:

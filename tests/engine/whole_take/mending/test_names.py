@@ -1,0 +1,44 @@
+"""An error that follows a camera's names is mended on the other limb of the body where the camera exchanges its sides."""
+
+import numpy as np
+
+from studio.engine.base.geometry import invert_transform, transform_points
+from studio.engine.edits.edit import PinEdit
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.joints import INDEX, JOINT_COUNT, MIRROR
+from studio.engine.whole_take.mending.frames import edited_frames
+from tests.live.performer import calibration, joints_m
+
+NAMES = ["camera_0", "camera_1", "camera_2"]
+COUNT, BEGIN, END, PIN = 150, 55, 105, 65
+EXCHANGED = {"camera_0": range(80, 120), "camera_1": range(74, 90), "camera_2": range(0)}
+WRIST, HAND = INDEX["left_wrist"], INDEX["left_hand"]
+
+
+def test_what_a_camera_calls_left_is_wrong_and_the_right_arm_is_not_lost_where_it_exchanges_its_sides():
+    rng, stage = np.random.default_rng(1), calibration(NAMES)
+    true = np.array([joints_m(k / 30) for k in range(COUNT)])
+    frames = dict[str, list[CameraFrame]]()
+    for name, camera in stage.cameras.items():
+        frames[name] = []
+        for k in range(COUNT):
+            joints = true[k] + 0.01 * rng.normal(size=(JOINT_COUNT, 3))
+            joints = joints[MIRROR] if k in EXCHANGED[name] else joints
+            if BEGIN <= k < END:
+                joints[[WRIST, HAND]] = joints[INDEX["spine"]]
+            seen = transform_points(invert_transform(camera.T_stage_camera), joints)
+            frames[name].append(CameraFrame(name, k, k * 33_333_333, seen, np.full(JOINT_COUNT, 0.9)))
+    x, y, z = (true[PIN, WRIST] + [0.01, -0.01, 0.01]).tolist()
+    pin = PinEdit(id="a", joint="left_wrist", place_m=(x, y, z), start_s=PIN / 30, end_s=PIN / 30)
+    mended = edited_frames(frames, stage, [pin])
+    off = {WRIST: list[float](), int(MIRROR[WRIST]): list[float]()}
+    for name, camera in stage.cameras.items():
+        for k in range(BEGIN, END):
+            joints = transform_points(camera.T_stage_camera, mended[name][k].positions)
+            for joint, found in off.items():
+                own = joints[MIRROR[joint] if k in EXCHANGED[name] else joint]
+                found.append(float(np.linalg.norm(own - true[k, joint])))
+    left, right = (np.array(found) for found in off.values())
+    assert np.nanmean(left) < 0.1 and np.isfinite(left).mean() > 0.9
+    right = right[np.isfinite(right)]  # what is said of it is left out, or right
+    assert np.percentile(right, 98) < 0.05
