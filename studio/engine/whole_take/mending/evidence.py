@@ -89,8 +89,12 @@ def best_of(
     after = np.concatenate([[0.0], np.cumsum(frames[at.stop :])]) + np.append(ends[at.stop :], 0.0)
     before[:SLOPE] += NO_END
     after[-SLOPE:] += NO_END
-    rows = slice(int(before.argmin()), at.stop + int(after.argmin()))
-    return Erring(rows, joints, shift, in_body, follows, float(before.min() + after.min()))
+    cost = before[:, None] + after
+    apart = at.stop + np.arange(len(after)) - np.arange(len(before))[:, None]
+    cost[(apart <= SLOPE)] = np.inf  # a jump has told of the velocity that the other is beyond
+    first, last = np.unravel_index(int(cost.argmin()), cost.shape)
+    rows = slice(int(first), at.stop + int(last))
+    return Erring(rows, joints, shift, in_body, follows, float(cost[first, last]))
 
 
 def bones_off(tracks: Array, joint: int, lengths: Mapping[str, float], moved: Array | None = None) -> Array:

@@ -178,7 +178,7 @@ def _likeliest(
     nowhere = np.zeros(seen.exchanged.shape, dtype=bool)
     found = erring(seen.tracks[:, errs], seen.noise[:, errs], joint, at, place, axes, performer)
     turned = turned_since(seen, at, errs)
-    if not found.is_seen or not turned[found.rows].any():
+    if not turned.any():
         return found, seen, nowhere
     named, here = by_names(seen, turned), np.where(exchanges(turned)[..., None, None], np.nan, seen.tracks)
     own, other = (
@@ -187,7 +187,8 @@ def _likeliest(
         )  # both from the same readings
         for tracks, noise in ((here, seen.noise), (named.tracks, named.noise))
     )
-    return (other, named, turned) if other.cost < own.cost else (found, seen, nowhere)
+    by_name = other.is_seen and other.cost < own.cost and turned[other.rows].any()
+    return (other, named, turned) if by_name else (found, seen, nowhere)
 
 
 def _in_all_cameras(
