@@ -128,8 +128,8 @@ def too_far(track: Array, at: slice, place_m: Array) -> Array:
 def jumps_of(local: Array) -> Array:
     """How far joints jump before an instant, beyond their velocity around it, shape of `local`; NaN = unknown.
 
-    A camera's frames are between the instants, so that a jump takes two of them. Where the joint is unseen on one side
-    of it, its velocity on the other tells.
+    A camera's frames are between the instants, so that a jump takes two of them. Where the joint is unseen on one
+    side of it, its velocity on the other tells.
     """
     out = np.full_like(local, np.nan)
     k = np.arange(SLOPE + 1, len(local) - SLOPE + 1)

@@ -40,8 +40,8 @@ HELD_M_S, HELD_STEPS, HELD_S = 0.15, 4, 0.2
 """A camera holds a joint in its place that is slower over so many instants [m/s], for so long around the pin [s]."""
 
 HELD_COST = -1000.0
-"""Cost of a joint that is held in its place, less the steps in which a camera holds it, and less what else tells of an
-error: it is less than that of any other."""
+"""Cost of a joint that is held in its place, less the steps in which a camera holds it, and less what else tells of
+an error: it is less than that of any other."""
 
 FADE_S = 0.5
 """An error of which nothing but the pin tells fades in so long before and after it [s]."""
@@ -77,7 +77,7 @@ def erring(
         place_m: its places [m], shape (count, 3).
         axes: of the body, shape (count, 3, 3).
         performer: has the lengths of bones; None = unknown.
-        told: where the distance of a camera's joint from the pin tells, shape (count, camera_count); None = everywhere.
+        told: where a camera's distance from the pin tells, shape (count, camera_count); None = everywhere.
     """
     near = tracks[:, :, joint] if told is None else np.where(told[..., None], tracks[:, :, joint], np.nan)
     bones = {} if performer is None else performer.bones_m()

@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from studio.engine.edits.edit import PinEdit
+from studio.engine.edits.pins import Pins
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import INDEX, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.seeing.fitting.cones import SHAPE, performer_of
 from studio.engine.whole_take.finish.contact.contacts import JOINTS, find_contacts
-from studio.engine.whole_take.finish.contact.soles import GIVES_M, feet_of, lift_m, without_dips
+from studio.engine.whole_take.finish.contact.soles import GIVES_M, Soles, feet_of, lift_m, without_dips
+from studio.engine.whole_take.finish.known import Known
 from studio.engine.whole_take.finish.trajectory import Kinematics
 
 REST_M = np.array([0.08, 0.04, 0.08, 0.04])
@@ -84,3 +87,23 @@ def test_feet_are_the_joints_that_the_take_is_solved_with():
     assert np.array_equal(feet.joints_m, Kinematics(humanoid).sites(q)[:, list(JOINTS)])
     flat = feet_of(humanoid, np.tile(humanoid.rest_qpos, (1, 1)) * (np.arange(humanoid.model.nq) < 7), REST_M)
     np.testing.assert_allclose(flat.joints_m[0, :, 2] - flat.soles_m[0], REST_M - 0.02, atol=1e-9)
+
+
+def test_a_foot_that_was_pinned_too_low_is_raised_to_the_floor():
+    """The right foot's pin has its sole 4 cm under the floor for some frames."""
+    feet = np.tile(
+        np.array([[0.1, 0.0, 0.08], [0.1, -0.1, 0.04], [-0.1, 0.0, 0.08], [-0.1, -0.1, 0.04]]), (90, 1, 1)
+    )
+    contacts = _contacts(feet)
+    soles = np.zeros((90, 4))
+    soles[40:43, 2:] = -0.04 - GIVES_M
+    edits = [
+        PinEdit(id=side, joint=f"{side}_ankle", place_m=(0.1, 0.0, 0.04), start_s=0.0, end_s=90 * DT)
+        for side in ("left", "right")
+    ]
+    known = Known(Pins(edits), np.arange(90) * DT, DT, 1.75)
+    known.raise_feet(Soles(feet, soles), contacts)
+    assert known.pinned is not None
+    height_m = known.pinned.place_m[:, [INDEX["left_ankle"], INDEX["right_ankle"]], 2]
+    assert height_m[:, 0] == pytest.approx(0.04) and height_m[:40, 1] == pytest.approx(0.04)
+    assert height_m[40:43, 1] == pytest.approx(0.08, abs=0.002)
