@@ -11,12 +11,15 @@ their own, by trying all. Squared residuals are normalised and limited.
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from studio.engine.edits.timing import eased
 from studio.engine.model.calibration import Performer
 from studio.engine.model.joints import CANONICAL, INDEX, PARENTS
 from studio.engine.whole_take.mending.around import STEP_S
 from studio.engine.whole_take.mending.evidence import (
+    BONE_M,
+    NEAR_M,
     Erring,
     best_of,
     bones_off,
@@ -26,6 +29,7 @@ from studio.engine.whole_take.mending.evidence import (
     stands_still,
     too_far,
 )
+from studio.engine.whole_take.mending.middle import median_of, path_of
 from studio.engine.whole_take.mending.shifts import SHORT_M, ShiftErrors, shift_of
 
 Array = NDArray[np.float64]
@@ -116,8 +120,10 @@ def erring(
     rows, still = (None, None) if best.is_seen and best.follows else held(tracks, joint, at)
     if rows is None or still is None:
         return best
+    fits = _fits(tracks, joint, rows)
     if best.is_seen:
-        rows = slice(min(rows.start, best.rows.start), max(rows.stop, best.rows.stop))
+        rows = _where_wrong(fits, rows, best.rows)
+    rows = left_behind(tracks, joint, at, rows, fits)
     cost = HELD_COST + min(best.cost, 0.0) - float(still[rows.start : rows.stop - 1].sum())
     return Erring(rows, own, np.zeros(3), False, False, cost)
 
@@ -144,8 +150,56 @@ def held(tracks: Array, joint: int, at: slice) -> tuple[slice | None, NDArray[np
     while last < count and most[last]:
         last += 1
     held_s = (last - first) * STEP_S
-    rows = slice(first, last + 1) if most[first:last].all() and held_s >= HELD_S else None
-    return rows, links.sum(axis=1)
+    steps, rows = links.sum(axis=1), slice(max(first - 1, 0), min(last + 2, len(track)))  # a jump is between instants
+    return (rows if most[first:last].all() and held_s >= HELD_S else None), steps
+
+
+def _fits(tracks: Array, joint: int, rows: slice) -> Array:
+    """Whether the bone of a joint that is held at some instants has the length of all others, shape (count,); NaN =
+    unknown."""
+    middle = median_of(tracks[:, :, [joint, int(PARENTS[joint])]])
+    length = median_filter(np.linalg.norm(middle[:, 0] - middle[:, 1], axis=1), 3, mode="nearest")
+    outside = np.concatenate([length[: rows.start], length[rows.stop :]])
+    known = np.isfinite(length)
+    usual = np.nanmedian(outside) if np.isfinite(outside).any() else np.nan
+    return np.where(known & np.isfinite(usual), np.abs(length - usual) < 2.0 * BONE_M, np.nan)
+
+
+def _where_wrong(fits: Array, rows: slice, other: slice) -> slice:
+    """Instants at which a joint is held, and others before and after if its bone is wrong there: what held it went on
+    moving."""
+
+    def wrong(first: int, stop: int) -> bool:
+        found = fits[first:stop][np.isfinite(fits[first:stop])]
+        return len(found) > 0 and float(found.mean()) < 0.5
+
+    return slice(
+        other.start if wrong(other.start, rows.start) else rows.start,
+        other.stop if wrong(rows.stop, other.stop) else rows.stop,
+    )
+
+
+def left_behind(tracks: Array, joint: int, at: slice, rows: slice, fits: Array) -> slice:
+    """Return the instants around a pin at which a foot that cameras hold has left its place; of other joints all.
+
+    A foot stands often. Held there it is right at first, where it does not jump there, and as long as the shank keeps
+    its length. The same holds back from the end.
+
+    Args:
+        tracks, joint, at: as in `erring`.
+        rows: instants at which it is held.
+        fits: whether its bone has its length, shape (count,); NaN = unknown.
+    """
+    if CANONICAL[joint].split("_")[-1] not in ("ankle", "toe"):
+        return rows
+    track = path_of(tracks[:, :, joint])
+    moved = np.linalg.norm(track[2:] - track[:-2], axis=1)  # a jump takes two instants
+    first, stop = rows.start, rows.stop
+    while 2 <= first < at.start and fits[first] == 1.0 and moved[first - 2] < NEAR_M:
+        first += 1
+    while at.stop < stop <= len(moved) and fits[stop - 1] == 1.0 and moved[stop - 1] < NEAR_M:
+        stop -= 1
+    return slice(first, stop)
 
 
 def fading(tracks: Array, joint: int, at: slice, place_m: Array) -> tuple[Erring, Array]:
