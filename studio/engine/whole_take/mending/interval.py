@@ -47,6 +47,9 @@ HELD_COST = -1000.0
 """Cost of a joint that is held in its place, less the steps in which a camera holds it, and less what else tells of
 an error: it is less than that of any other."""
 
+LATE_S = 0.2
+"""A shank tells so late that its foot is held [s]: the knee first turns about it, as about a foot that stands."""
+
 FADE_S = 0.5
 """An error of which nothing but the pin tells fades in so long before and after it [s]."""
 
@@ -199,7 +202,8 @@ def left_behind(tracks: Array, joint: int, at: slice, rows: slice, fits: Array) 
         first += 1
     while at.stop < stop <= len(moved) and fits[stop - 1] == 1.0 and moved[stop - 1] < NEAR_M:
         stop -= 1
-    return slice(first, stop)
+    late = round(LATE_S / STEP_S)
+    return slice(max(rows.start, first - late), min(rows.stop, stop + late))
 
 
 def fading(tracks: Array, joint: int, at: slice, place_m: Array) -> tuple[Erring, Array]:
