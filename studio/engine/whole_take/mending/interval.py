@@ -109,10 +109,10 @@ def erring(
                     one = tried.by(shift_of(one, tracks, noise, every[one.rows], own, performer), off)
                 found.append(one)
     own = limb_of(joint)[0]
-    told = [one for one in own if CANONICAL[one] in lengths]
-    right = sum((bones_off(tracks, one, lengths) for one in told), np.zeros(len(tracks)))
+    measured = [one for one in own if CANONICAL[one] in lengths]
+    right = sum((bones_off(tracks, one, lengths) for one in measured), np.zeros(len(tracks)))
     right += too_far(near, at, place_m[at].mean(axis=0))
-    untold = UNTOLD * np.isfinite(tracks[:, :, told, 0]).sum(axis=(1, 2))
+    untold = UNTOLD * np.isfinite(tracks[:, :, measured, 0]).sum(axis=(1, 2))
     jump = jumps_of(tracks[:, :, list(own)])
     jumps = UNTOLD * np.isfinite(jump[..., 0]).sum(axis=(1, 2)) - squared_of(jump, scale[..., list(own)])
     unmoved = np.where(stands_still(tracks[:, :, joint]), np.minimum(jumps, 0.0), jumps)
@@ -153,8 +153,8 @@ def held(tracks: Array, joint: int, at: slice) -> tuple[slice | None, NDArray[np
     while last < count and most[last]:
         last += 1
     held_s = (last - first) * STEP_S
-    steps, rows = links.sum(axis=1), slice(max(first - 1, 0), min(last + 2, len(track)))  # a jump is between instants
-    return (rows if most[first:last].all() and held_s >= HELD_S else None), steps
+    rows = slice(max(first - 1, 0), min(last + 2, len(track)))  # a jump is between instants
+    return (rows if most[first:last].all() and held_s >= HELD_S else None), links.sum(axis=1)
 
 
 def _fits(tracks: Array, joint: int, rows: slice) -> Array:

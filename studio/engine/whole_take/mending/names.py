@@ -5,6 +5,7 @@ the error goes over to the other limb of the body: what it says of the first one
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ def by_names(seen: Around, turned: NDArray[np.bool_]) -> Around:
     return replace(seen, tracks=tracks, noise=turned_back(seen.noise, turned))
 
 
-def turned_back(values: Array, turned: NDArray[np.bool_]) -> Array:
+def turned_back(values: NDArray[Any], turned: NDArray[np.bool_]) -> NDArray[Any]:
     """Return values of joints, shape (count, camera_count, 21, ...), under the names of the other side where a camera
     is turned."""
     return np.where(turned.reshape(*turned.shape, *[1] * (values.ndim - 2)), values[:, :, MIRROR], values)
