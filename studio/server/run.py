@@ -18,6 +18,8 @@ from urllib.parse import urlsplit
 
 import uvicorn
 from starlette.middleware.trustedhost import TrustedHostMiddleware
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.protocol import State
 
 from studio import worker
 from studio.api.access import Access
@@ -41,6 +43,17 @@ GRACE_S = 3
 _DISCOVER = {"auto": None, "on": True, "off": False}
 SWITCH_S = 0.001
 """Time slice of a thread in the interpreter; it is short, so that the engine thread does not delay the link."""
+
+
+class WebSocketProtocol(WebSocketsSansIOProtocol):
+    """uvicorn's, whose `shutdown` fails for a connection that its client is closing at that moment."""
+
+    def shutdown(self) -> None:
+        """Close the connection."""
+        if self.handshake_complete and self.conn.state is not State.OPEN:
+            self.transport.close()
+        else:
+            super().shutdown()
 
 
 class Server(uvicorn.Server):
@@ -246,7 +259,7 @@ def make_server(
             log_level="warning",
             access_log=False,
             lifespan="off",
-            ws="websockets-sansio",
+            ws=WebSocketProtocol,
             ws_max_size=MAX_MESSAGE_BYTES,
             ws_per_message_deflate=False,
             timeout_graceful_shutdown=GRACE_S,

@@ -10,7 +10,8 @@ import textwrap
 import threading
 
 import pytest
-from fastapi import FastAPI
+from fastapi import FastAPI, WebSocket
+from websockets.sync.client import connect
 
 from studio.server.run import make_server, open_socket
 from studio.take.folder.take import Take
@@ -109,6 +110,29 @@ def test_what_is_still_open_after_the_time_of_grace_is_cut():
         server.should_exit = True
         thread.join()
         assert connection.transport.get_extra_info("socket").fileno() == -1
+
+
+def test_a_connection_that_is_being_closed_does_not_keep_the_server_from_its_end():
+    app = FastAPI()
+
+    @app.websocket("/events")
+    async def events(socket: WebSocket) -> None:
+        await socket.accept()
+        (connection,) = server.server_state.connections
+        connection.conn.send_close(1000)  # as it stands between a client's word and its end
+        server.should_exit = True
+        await asyncio.sleep(600)
+
+    listening = open_socket("127.0.0.1", 0)
+    server = make_server(app)
+    ended = []
+    thread = threading.Thread(target=lambda: ended.append(server.run([listening])))
+    thread.start()
+    wait_until(lambda: server.started, "it answers")
+    host, port = listening.getsockname()
+    with connect(f"ws://{host}:{port}/events"), listening:
+        thread.join()
+    assert ended == [None]
 
 
 def test_leaving_does_not_take_the_interpreter_down_first():
