@@ -1,6 +1,7 @@
 """Names of sessions, takes and solves, and the check that every path stays inside its folder."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 from studio.engine.base.errors import TakeError
@@ -54,6 +55,15 @@ def safe_name(text: str, otherwise: str) -> str:
     """Return a name of a take that is as near to a text as is allowed; `otherwise` where nothing of it is left."""
     name = _REFUSED.sub("_", text).strip(" ._")[: MAX_NAME - 8].strip(" ._")
     return name if is_safe_name(name) else otherwise
+
+
+def free_name(wanted: str, is_taken: Callable[[str], bool]) -> str:
+    """Return a name, or numbered where it is taken: `walk`, `walk_2`, `walk_3`."""
+    number, name = 1, wanted
+    while is_taken(name):
+        number += 1
+        name = f"{wanted}_{number}"
+    return name
 
 
 def inside(folder: Path, *parts: str) -> Path:

@@ -12,7 +12,7 @@ from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.file_sentences import unwritable
 from studio.engine.base.sentences import system_says
 from studio.take.folder.lock import hold, is_held, release
-from studio.take.folder.names import inside, safe_name
+from studio.take.folder.names import free_name, inside, safe_name
 from studio.take.folder.take import Take
 from studio.take.importers import are_videos, import_recording
 from studio.take.library.bundle import ENDING, KEPT_FREE_BYTES, read_bundle, write_bundle
@@ -167,12 +167,8 @@ def clear_left(sessions: Path) -> None:
 def free_path(sessions: Path, session: str, label: str) -> Path:
     """Return the folder of a new take that is named after files: their name, or numbered where that is taken."""
     stem = label[: -len(ENDING)] if label.lower().endswith(ENDING) else Path(label).stem
-    name = safe_name(stem, "imported")
-    number, path = 1, take_path(sessions, session, name)
-    while path.exists():
-        number += 1
-        path = take_path(sessions, session, f"{name}_{number}")
-    return path
+    name = free_name(safe_name(stem, "imported"), lambda one: take_path(sessions, session, one).exists())
+    return take_path(sessions, session, name)
 
 
 def import_incoming(

@@ -8,7 +8,7 @@ from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.file_sentences import unwritable
 from studio.engine.robots.body.named_files import ENDINGS, check_named_files, models_in
 from studio.engine.robots.files import MODELS, MOST_NAME, add_robot, kept_robots
-from studio.take.folder.names import inside, safe_name
+from studio.take.folder.names import free_name, inside, safe_name
 from studio.take.library.incoming import given_names
 
 
@@ -67,7 +67,7 @@ def _added(robots: Path, models: Sequence[Path], progress: Callable[[float], Non
         if progress is not None:
             progress(k / len(models))
         try:
-            kept.append(add_robot(robots, model, _free_name(robots, model.stem)).name)
+            kept.append(add_robot(robots, model, _name_of(robots, model)).name)
         except StudioError as error:
             problem = problem or error
     if not kept and problem is not None:
@@ -75,22 +75,15 @@ def _added(robots: Path, models: Sequence[Path], progress: Callable[[float], Non
     return kept
 
 
-def _free_name(robots: Path, wanted: str) -> str:
-    plain = "".join(one if one.isalnum() or one in "-_" else "_" for one in wanted)[: MOST_NAME - 4]
-    taken, number, name = kept_robots(robots), 1, plain
-    while name in taken:
-        number += 1
-        name = f"{plain}_{number}"
-    return name
+def _name_of(robots: Path, model: Path) -> str:
+    """Return a name that a robot may have and that none has yet, after its model."""
+    plain = "".join(one if one.isalnum() or one in "-_" else "_" for one in model.stem)[: MOST_NAME - 4]
+    return free_name(plain, kept_robots(robots).__contains__)
 
 
 def _moved(came: Path, models: Path, label: str) -> Path:
     """Move what came to a folder of its own; return it."""
-    plain = safe_name(label, "robot")
-    number, place = 1, models / plain
-    while place.exists():
-        number += 1
-        place = models / f"{plain}_{number}"
+    place = models / free_name(safe_name(label, "robot"), lambda one: (models / one).exists())
     try:
         models.mkdir(parents=True, exist_ok=True)
         shutil.move(came, place)
