@@ -23,7 +23,7 @@ import pytest
 from studio import worker
 from studio.engine.base.errors import SettingsError, StudioError, TakeError
 from studio.take.folder.take import Take
-from studio.worker import process
+from studio.worker import begin, process
 from tests import works
 from tests.refused import refused
 
@@ -42,14 +42,26 @@ def run(monkeypatch):
     return lambda name, *args, **how: worker.run_in_process(f"{works.__name__}:{name}", *args, **how)
 
 
-@pytest.fixture(params=[False, True], ids=["cold", "warm"])
+@pytest.fixture(params=["cold", "warm", "copied"])
 def ready(request, monkeypatch):
-    """Whether a process is kept ready."""
+    """Whether a process is kept ready, begun anew or as a copy."""
+    if request.param == "copied" and not begin.COPIES:
+        pytest.skip("this system copies no processes")
+    with kept(monkeypatch, copied=request.param == "copied", warm=request.param != "cold"):
+        yield request.param != "cold"
+
+
+@contextmanager
+def kept(monkeypatch, copied: bool, warm: bool = True) -> Iterator[None]:
+    """A process is kept ready: a copy, or a new one without the code of a solve."""
     worker.cool_down()
-    monkeypatch.setattr(worker, "_PRELOADED", ("json",))
-    if request.param:
+    monkeypatch.setattr(begin, "COPIES", copied)
+    if not copied:
+        real = begin.begin
+        monkeypatch.setattr(begin, "begin", lambda **how: real(**how | {"loaded": False}))
+    if warm:
         worker.warm_up()
-    yield request.param
+    yield
     worker.cool_down()
 
 
@@ -156,12 +168,9 @@ def test_a_word_to_stop_that_comes_too_late_stops_nothing_else(ready, run, monke
 
 @pytest.fixture
 def warm(monkeypatch):
-    """A process is kept ready."""
-    worker.cool_down()
-    monkeypatch.setattr(worker, "_PRELOADED", ("json",))
-    worker.warm_up()
-    yield
-    worker.cool_down()
+    """A process is kept ready that is no copy."""
+    with kept(monkeypatch, copied=False):
+        yield
 
 
 @contextmanager
@@ -194,6 +203,39 @@ def test_short_works_take_turns_in_one_process(warm, run, monkeypatch, tmp_path)
             for _ in others:
                 assert waits.acquire(timeout=60), "it did not wait for the process that is soon back"
         assert {other.result() for other in others} == {first.result()}
+
+
+@pytest.mark.skipif(not begin.COPIES, reason="this system copies no processes")
+def test_short_works_run_beside_each_other_where_processes_are_copied(run, monkeypatch, tmp_path):
+    with kept(monkeypatch, copied=True), ThreadPoolExecutor(2) as threads:
+        with one_at_work(run, "pid_once_there", tmp_path / "go", threads) as first:
+            other = run("pid_once_there", tmp_path)
+            assert not first.done()
+        assert other != first.result()
+
+
+@pytest.mark.skipif(not begin.COPIES, reason="this system copies no processes")
+def test_a_copy_has_loaded_the_code_and_has_the_environment_of_now(run, monkeypatch):
+    with kept(monkeypatch, copied=True):
+        monkeypatch.setenv("STUDIO_TOLD_LATER", "yes")
+        assert run("loaded", "studio.offline.warming") == (True, "")
+        assert run("loaded", "studio.offline.warming", spare=False) == (True, "yes")
+
+
+def test_what_cannot_be_loaded_in_advance_is_said_and_the_rest_is_loaded():
+    done = subprocess.run(
+        [sys.executable, "-c", BROKEN], capture_output=True, text=True, check=True, timeout=600
+    )
+    assert "studio.offline.replay could not be loaded in advance" in done.stderr
+    assert done.stdout == "True\n"
+
+
+BROKEN = """
+import sys
+sys.modules["studio.offline.replay"] = sys.modules["studio.offline.warming"] = None
+import studio.worker.loaded
+print("studio.engine.animation.export" in sys.modules)
+"""
 
 
 @pytest.mark.parametrize("told", [True, False], ids=["tells progress", "has computed long"])

@@ -1,6 +1,7 @@
 """Works that tests run in other processes. It imports little, because each of these processes loads it."""
 
 import os
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
 def pid_and_square(number: int, *, progress) -> tuple[int, int]:
     progress(0.5)
     return os.getpid(), number**2
+
+
+def loaded(module: str) -> tuple[bool, str]:
+    return module in sys.modules, os.environ.get("STUDIO_TOLD_LATER", "")
 
 
 def negative(number: int) -> int:

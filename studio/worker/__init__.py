@@ -1,30 +1,25 @@
 """Work in separate processes, so that neither the live stage nor the server waits for it.
 
-A process takes seconds to load the code of a solve. `warm_up` keeps a process ready. The next work runs in it, and
-afterwards it waits for more, unless it has grown large or failed; then another process replaces it. New work waits
-for the process while that runs short work, because loading a second process costs more.
+A process takes seconds to load the code of a solve (`begin` says how). `warm_up` keeps a process ready. The next work
+runs in it, and afterwards it waits for more, unless it has grown large or failed; then another process replaces it.
+New work waits for the process while that runs short work, because loading a second process costs more.
 
 The server names the function as a text, `studio.package.module:function`; only the process imports the module.
 """
 
 import logging
-import multiprocessing
 import re
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from typing import Any
 
 from studio.engine.base.errors import StudioError
-from studio.worker.process import interrupt, work
+from studio.worker import begin
+from studio.worker.begin import Worker
+from studio.worker.process import interrupt
 
 _log = logging.getLogger(__name__)
-
-_PRELOADED = ("studio.offline.replay", "studio.engine.animation.export", "studio.offline.warming")
-"""Modules that a process imports in advance; it calls `prepare` of those that have one."""
 
 _LOOK_S = 0.05
 """Interval of checks whether running work should stop."""
@@ -39,22 +34,16 @@ class Stopped(StudioError):
     """The work was stopped before it was done."""
 
 
-@dataclass(eq=False)
-class _Worker:
-    process: BaseProcess
-    connection: Connection
-
-
 _changed = threading.Condition()
 """Guards the variables below, and signals their changes."""
-_spare: _Worker | None = None
+_spare: Worker | None = None
 _warm = False
-_soon_back: set[_Worker] = set()
+_soon_back: set[Worker] = set()
 """Processes with work that has been short so far, which will soon be ready again."""
 
 
 def warm_up() -> None:
-    """Keep a process ready from now on; returns at once."""
+    """Keep a process ready from now on; where processes are copied, return once there is one."""
     global _warm
     with _changed:
         _warm = True
@@ -74,66 +63,69 @@ def cool_down() -> None:
 
 
 def _replace_spare() -> None:
+    with _changed:
+        if not _warm or _spare is not None:
+            return
+    worker = begin.begin(loaded=True)  # not under the lock: the first takes seconds
+    if not _keep(worker):
+        worker.end()
+
+
+def _keep(worker: Worker) -> bool:
+    """Keep a process for the next work; return False if there is one, or none is to be kept."""
     global _spare
     with _changed:
-        if _warm and _spare is None:
-            _spare = _start(_PRELOADED)
-            _changed.notify_all()
+        if not _warm or _spare is not None:
+            return False
+        _spare = worker
+        _soon_back.discard(worker)
+        _changed.notify_all()
+    return True
 
 
-def _start(preloaded: tuple[str, ...] = (), *, gives_way: bool | None = False) -> _Worker:
-    context = multiprocessing.get_context("spawn")
-    here, there = context.Pipe()
-    process = context.Process(target=work, args=(there, preloaded, gives_way), daemon=True)
-    process.start()
-    there.close()
-    return _Worker(process, here)
-
-
-def _take(short: bool) -> _Worker:
-    """Return the ready process, waiting for one that is soon ready; otherwise a new one.
+def _take(short: bool) -> Worker:
+    """Return the ready process; without one a copy, where there are copies, or one that is soon ready, or a new one.
 
     Args:
         short: the work may be short.
     """
     global _spare
     with _changed:
-        _changed.wait_for(lambda: _spare is not None or not (_warm and _soon_back))
+        _changed.wait_for(lambda: _spare is not None or begin.COPIES or not (_warm and _soon_back))
         worker, _spare = _spare, None
         if worker is None or not worker.process.is_alive():
-            worker = _start()
-        if short:
+            worker = None
+        elif short:
             _soon_back.add(worker)
+    if worker is None:
+        worker = begin.begin(copied=_warm)
+        if short:
+            with _changed:
+                _soon_back.add(worker)
     return worker
 
 
-def _stays_away(worker: _Worker) -> None:
+def _stays_away(worker: Worker) -> None:
     """Mark a process as not soon ready."""
     with _changed:
         _soon_back.discard(worker)
         _changed.notify_all()
 
 
-def _put_back(worker: _Worker, stays: bool) -> None:
+def _put_back(worker: Worker, stays: bool) -> None:
     """Keep a healthy process for the next work if there is none; end any other."""
-    global _spare
-    with _changed:
-        kept = stays and _warm and _spare is None
-        if kept:
-            _spare = worker
-            _stays_away(worker)
-    if not kept:
-        worker.connection.close()  # this ends it
-        worker.process.join()
-        _replace_spare()
-        _stays_away(worker)
+    if stays and _keep(worker):
+        return
+    worker.end()
+    _replace_spare()
+    _stays_away(worker)
 
 
 class _Stopping:
     """Stops work: first by a request, which it sees at its next progress, then by an interruption, at last by
     force."""
 
-    def __init__(self, worker: _Worker) -> None:
+    def __init__(self, worker: Worker) -> None:
         self._worker = worker
         self.told_s = 0.0
         self.pressed = 0
@@ -187,7 +179,11 @@ def run_in_process(
     if _TEXT.fullmatch(function) is None:
         raise ValueError(f"{function!r} names no work; allowed: studio.package.module:function")
     name = function.rpartition(":")[2]
-    worker = _take(short=on_progress is None) if spare else _start(gives_way=None if inherits else True)
+    worker = (
+        _take(short=on_progress is None)
+        if spare
+        else begin.begin(copied=_warm, gives_way=None if inherits else True)
+    )
     kind, value, stays = "broken", None, False
     stopping = _Stopping(worker)
     try:

@@ -63,12 +63,16 @@ def _may_have_children() -> None:
     config["daemon"] = False
 
 
-def work(connection: Connection, preloaded: tuple[str, ...], gives_way: bool | None) -> None:
+def work(connection: Connection, loaded: bool, gives_way: bool | None, environment: dict[str, str]) -> None:
     """Run work until the server closes the connection.
 
     Args:
+        loaded: first load the code of a solve.
         gives_way: from the start; False: once work has computed for long; None: never.
+        environment: the server's; a copied process has that of a server that has just begun.
     """
+    os.environ.clear()
+    os.environ.update(environment)
     _may_have_children()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its workers
     if _INTERRUPTION is not None:
@@ -81,10 +85,8 @@ def work(connection: Connection, preloaded: tuple[str, ...], gives_way: bool | N
         with speaks:
             connection.send((kind, value, stays))
 
-    for name in preloaded:
-        prepare = getattr(importlib.import_module(name), "prepare", None)
-        if prepare is not None:
-            prepare()
+    if loaded:
+        importlib.import_module("studio.worker.loaded")
     while True:
         try:
             wanted = connection.recv()

@@ -62,7 +62,9 @@ def children() -> list[psutil.Process]:
 
 def _is_work(process: psutil.Process) -> bool:
     try:
-        return "multiprocessing.spawn" in " ".join(process.cmdline())
+        parent = process.parent()
+        copied = parent is not None and "multiprocessing.forkserver" in " ".join(parent.cmdline())
+        return copied or "multiprocessing.spawn" in " ".join(process.cmdline())
     except psutil.NoSuchProcess:  # it has ended meanwhile
         return False
 

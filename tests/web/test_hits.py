@@ -126,7 +126,7 @@ def works_held(server: ServerProcess) -> Iterator[None]:
     """The server's work in other processes stands still."""
     assert server.process is not None
     children = psutil.Process(server.process.pid).children(recursive=True)
-    workers = [child for child in children if "multiprocessing.spawn" in " ".join(child.cmdline())]
+    workers = [child for child in children if "from multiprocessing" in " ".join(child.cmdline())]
     for worker in workers:
         worker.suspend()
     try:

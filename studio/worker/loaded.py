@@ -1,0 +1,16 @@
+"""Importing this module loads the code of a solve, and runs all that is slow at its first call.
+
+It is named as a text where processes begin: the server itself must not import it.
+"""
+
+import importlib
+import logging
+
+MODULES = ("studio.offline.replay", "studio.engine.animation.export", "studio.offline.warming")
+"""What is imported; `prepare` of those that have one is called."""
+
+for _name in MODULES:
+    try:
+        getattr(importlib.import_module(_name), "prepare", lambda: None)()
+    except Exception:  # boundary of the process: what it cannot prepare, its works load themselves
+        logging.getLogger(__name__).exception("%s could not be loaded in advance", _name)
