@@ -19,6 +19,7 @@ from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
 from studio.engine.model.solve_metrics import EditJson, SolveMetrics
 from studio.engine.solve.touching import missed_touch_m
+from studio.engine.whole_take.mending.told import Mended
 from studio.take.folder.solves import Solved
 
 USUAL_HEIGHT_M = 1.75
@@ -32,9 +33,11 @@ class AskedEdits:
 
     Attributes:
         edits: those that are on.
+        mended: what pins found wrong; solves append to it.
     """
 
     edits: tuple[Edit, ...] = ()
+    mended: list[Mended] = field(default_factory=list)
     _lines: dict[str, Said] = field(default_factory=dict)
     _heights_m: dict[str, float] = field(default_factory=dict)
 
@@ -76,6 +79,9 @@ class AskedEdits:
         before = {name: one.poses for name, one in solved.items()}  # an offset moves a limb off its pin
         poses = {name: one.poses for name, one in layered.items()}
         told = outcomes(self.edits, lines, before) | _directions(kept, poses) | self._contacts(kept, before)
+        for found in self.mended:
+            for pin in found.pins:
+                told[pin].setdefault("mended", []).append(found.to_json())
         retimes = of_kind(kept, RetimeEdit)
         metrics = {**metrics, "edits": told}
         if retimes:

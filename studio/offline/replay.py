@@ -133,7 +133,9 @@ def _plain(
     if found is None:
         settings.check_performers([PERFORMER])
         mine = asked.of(PERFORMER, used, calibration)
-        only = _PerformerSolve(take, used, calibration, settings.of_performer(PERFORMER), progress, mine)
+        only = _PerformerSolve(
+            take, used, calibration, settings.of_performer(PERFORMER), progress, asked, mine, PERFORMER
+        )
         poses = solve_together({PERFORMER: only.solve})
         solved = {PERFORMER: only.solved(poses[PERFORMER])}
         return asked.applied(solved, used, common)
@@ -152,6 +154,7 @@ def _plain(
             one.calibration,
             settings.of_performer(one.name),
             shares.part(k),
+            asked,
             asked.of(one.name, one.frames, one.calibration),
             one.name,
         )
@@ -220,17 +223,18 @@ class _PerformerSolve:
         calibration: Calibration,
         settings: SolveSettings,
         progress: Progress | None,
-        edits: Sequence[Edit] = (),
-        performer: str = PERFORMER,
+        asked: AskedEdits,
+        edits: Sequence[Edit],
+        performer: str,
     ) -> None:
-        """Prepare; `frames` by camera show nobody else."""
+        """Prepare; `frames` by camera show nobody else, and `edits` are those of `asked` that can be honoured."""
         self._residuals, self._trace, self._physics = SolveResiduals(), TraceCollector(), SolveMetrics()
         calibration = _with_proportions(take, calibration, frames)
         self._found = disagreements(calibration, frames, from_s=take.meta["calibration_s"])
         agreeing = without_named(calibration, frames, self._found)
         start_s = take.meta["calibration_s"]
         lifted_m = lift_of_pins_m(agreeing, calibration, settings, edits, start_s=start_s)
-        frames = edited_frames(agreeing, calibration, edits, lifted_m=lifted_m)
+        frames = edited_frames(agreeing, calibration, edits, lifted_m=lifted_m, tell=asked.mended.append)
         pins = pins_of(take, performer, edits, calibration.performer)
         edited = edited_of(agreeing, frames, edits, pins, calibration, start_s)
         if edited is not None:

@@ -72,6 +72,10 @@ def test_one_pin_mends_a_second_and_leaves_the_rest(take, clean, monkeypatch):
     pin = PinEdit(id="a", joint="right_wrist", place_m=(x, y, z), start_s=at_s, end_s=at_s)
     after, figures = solved(take, edits=[pin])
     assert figures["edits"]["a"]["honoured"] and figures["edits"]["a"]["missed_mm"] < 10.0
+    (mended,) = figures["edits"]["a"]["mended"]
+    assert "right_wrist" in mended["joints"] and mended["cameras"] == sorted(frames)
+    assert (mended["start_s"], mended["end_s"]) == pytest.approx((BEGIN_S, END_S), abs=0.15)
+    assert mended["guessed"]  # nothing but the pin tells where a lost wrist was
     left = np.linalg.norm((after.positions_m - clean.positions_m)[:, WRIST], axis=1)
     assert left[inside].mean() < off[inside].mean() / 3.0
     outside = (clean.time_s < BEGIN_S - 0.5) | (clean.time_s > END_S + 1.0)

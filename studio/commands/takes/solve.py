@@ -98,4 +98,12 @@ def _report(args: argparse.Namespace, folder: Any) -> int:
             print(f"  {key}: {value:.4g}" if isinstance(value, float) else f"  {key}: {value}")
     for id_, edit in metrics.get("edits", {}).items():
         print(f"  edit {id_}: {edit.get('line') or 'honoured'}")
+        for found in edit.get("mended", ()):
+            cameras = ", ".join(found["cameras"]) or "no camera saw it"
+            print(
+                f"    mended: {', '.join(found['joints'])} ({cameras}), "
+                f"{found['start_s']:.2f} to {found['end_s']:.2f} s{', a guess' if found['guessed'] else ''}"
+            )
+            for one in found["exchanges"]:
+                print(f"    {one['camera']} exchanges left and right at {one['time_s']:.2f} s")
     return 0

@@ -21,6 +21,32 @@ class ExchangeJson(TypedDict):
     performers: list[str]
 
 
+class CameraExchangeJson(TypedDict):
+    """From this stage time on [s] a camera has left and right exchanged, or no longer."""
+
+    camera: str
+    time_s: float
+
+
+class MendedJson(TypedDict):
+    """What cameras said that a pin proved wrong.
+
+    Attributes:
+        joints: that were wrong, the nearest to the trunk first.
+        cameras: that were wrong; none: no camera saw the joint.
+        start_s, end_s: from when to when, stage time [s].
+        exchanges: of cameras meanwhile; the other limb was wrong from there on.
+        guessed: away from the pins the joint is where it most likely was, because nothing tells of it.
+    """
+
+    joints: list[str]
+    cameras: list[str]
+    start_s: float
+    end_s: float
+    exchanges: list[CameraExchangeJson]
+    guessed: bool
+
+
 class EditJson(TypedDict, total=False):
     """What became of an edit in a solve, in `metrics.json`.
 
@@ -30,6 +56,7 @@ class EditJson(TypedDict, total=False):
         missed_deg: the same of a direction.
         line: one line, for people, where it was not honoured.
         said: the line with its code.
+        mended: of a pin, what it found wrong and mended; absent where it found nothing.
     """
 
     honoured: bool
@@ -37,6 +64,7 @@ class EditJson(TypedDict, total=False):
     missed_deg: float
     line: str
     said: list[Sentence]
+    mended: list[MendedJson]
 
 
 class RetimeJson(TypedDict):

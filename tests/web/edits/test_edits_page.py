@@ -96,6 +96,7 @@ def test_a_joint_is_dragged_to_its_place(address: str, take: Take, page: Page) -
     kinds = [job["kind"] for job in patient.get(f"{address}/api/v1/jobs").json()]
     assert kinds == ["draft", "solve"]  # the surroundings first
     expect(page.locator("#edit-solve")).to_have_count(0)
+    expect(page.locator("#edit-list .found").first).to_contain_text("left wrist, left hand in camera_0")
     now = patient.get(joints, params={"frame": FRAME}).json()["positions_m"]["LeftHand"]
     assert now[2] - place[2] > 0.3 * UP_M
     assert [tuple(one["place_m"]) for one in drawn[-1]["pins"]] == [pin.place_m]

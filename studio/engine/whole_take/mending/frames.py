@@ -1,26 +1,20 @@
 """The cameras' frames as edits leave them: doubted ones, and those that a pin proves wrong, mended around it."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from studio.engine.base.arrays import runs
-from studio.engine.calibration.cameras.noise import rays
 from studio.engine.edits.edit import Edit, PinEdit
-from studio.engine.edits.frames import Changed, Frames, doubted
+from studio.engine.edits.frames import Frames, doubted
 from studio.engine.edits.timing import of_kind
-from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
-from studio.engine.model.frames import DRAWN, CameraFrame, PictureJoints
+from studio.engine.model.calibration import Calibration, Performer
+from studio.engine.model.frames import DRAWN
 from studio.engine.model.joints import CANONICAL, INDEX, MIRROR, PARENTS
-from studio.engine.whole_take.mending.around import (
-    STEP_S,
-    Around,
-    around,
-    axes_of,
-)
+from studio.engine.whole_take.mending.around import Around, around, axes_of
+from studio.engine.whole_take.mending.changed import changed_frames
 from studio.engine.whole_take.mending.evidence import Erring
 from studio.engine.whole_take.mending.habit import Habit, habit
 from studio.engine.whole_take.mending.interval import erring, fading, limb_of
@@ -28,6 +22,7 @@ from studio.engine.whole_take.mending.middle import median_of
 from studio.engine.whole_take.mending.names import alike, by_names, exchanges, turned_back, turned_since
 from studio.engine.whole_take.mending.shifts import shift_of
 from studio.engine.whole_take.mending.spread import spread
+from studio.engine.whole_take.mending.told import Mended, told_of, told_of_unseen
 
 Array = NDArray[np.float64]
 
@@ -53,12 +48,14 @@ BONE_SHARE = (0.8, 1.2)
 LIMB = ("elbow", "wrist", "hand", "knee", "ankle", "toe")
 """Joints whose parent is of their limb."""
 
-FILLED_CONFIDENCE, GUESSED_CONFIDENCE = 0.4, 0.15
-"""Least confidence of a joint that was shifted back, and that of one put where the pins make it most likely."""
-
 
 def edited_frames(
-    frames: Frames, calibration: Calibration, edits: Sequence[Edit], *, lifted_m: float = 0.0
+    frames: Frames,
+    calibration: Calibration,
+    edits: Sequence[Edit],
+    *,
+    lifted_m: float = 0.0,
+    tell: Callable[[Mended], None] = lambda found: None,
 ) -> Frames:
     """Return a performer's frames as edits leave them; without edits of frames the same object.
 
@@ -67,10 +64,11 @@ def edited_frames(
         calibration: cameras, clocks and the performer's proportions.
         edits: of this performer.
         lifted_m: how far the solve raises the performer above what the cameras see [m]; pins are on its floor.
+        tell: receives each thing that pins found wrong.
     """
     frames = doubted(frames, calibration, edits)
     for pins in _together([pin for pin in of_kind(edits, PinEdit) if pin.joint in INDEX]):
-        frames = _mended(frames, calibration, pins, lifted_m)
+        frames = _mended(frames, calibration, pins, lifted_m, tell)
     return frames
 
 
@@ -86,7 +84,13 @@ def _together(pins: Sequence[PinEdit]) -> list[list[PinEdit]]:
     return groups
 
 
-def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], lifted_m: float) -> Frames:
+def _mended(
+    frames: Frames,
+    calibration: Calibration,
+    pins: Sequence[PinEdit],
+    lifted_m: float,
+    tell: Callable[[Mended], None],
+) -> Frames:
     """Return frames mended around some pins of one joint."""
     begin = min(pin.start_s for pin in pins) - REACH_S
     end = max(pin.end_s for pin in pins) + REACH_S
@@ -120,6 +124,7 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
             found, share = fading(seen.tracks[:, errs], joint, at, place)
         rows, own_turned = np.arange(found.rows.start, found.rows.stop), turned[found.rows]
         of_all = _in_all_cameras(named, joint, errs, turned, found)
+        tell(told_of(seen, pins, at, found, of_all, turned, fades=share is not None))
         put, left = np.full_like(places, np.nan), np.zeros_like(gone)
         if found.follows:
             own = axes if found.in_body else np.broadcast_to(np.eye(3), axes.shape)
@@ -149,13 +154,15 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], l
             lasts[rows] |= between
         places, gone = np.where(np.isfinite(put), put, places), gone | left
     unseen, guessed = _unseen_about(seen, joint, pinned), np.zeros(places.shape[:3], dtype=bool)
+    for run in runs(unseen):
+        tell(told_of_unseen(seen, pins, joint, slice(*run)))
     if lasts.any() or unseen.any():
         path = _path(seen, joint, middle, axes, origin, lasts, pinned, place, performer)
         known = np.isfinite(seen.tracks[:, :, joint, 0])
         put = lasts & known | unseen[:, None]
         places[:, :, joint] = np.where(put[..., None], path[:, None], places[:, :, joint])
         guessed[:, :, joint] = put
-    return _changed(frames, calibration, seen, places, gone, guessed)
+    return changed_frames(frames, calibration, seen, places, gone, guessed)
 
 
 def _contradict(tracks: Array, place: Array, at: slice) -> NDArray[np.bool_]:
@@ -278,90 +285,3 @@ def run_about(flags: NDArray[np.bool_], at: int, gap: int) -> tuple[int, int]:
     while last < len(flags) and flags[last : last + gap].any():
         last += 1
     return first, last
-
-
-def _changed(
-    frames: Frames,
-    calibration: Calibration,
-    seen: Around,
-    places: Array,
-    gone: NDArray[np.bool_],
-    guessed: NDArray[np.bool_],
-) -> Frames:
-    """Return the frames with joints put elsewhere or left out.
-
-    Args:
-        places: new places, stage frame [m], shape (count, camera_count, 21, 3); NaN = as it is.
-        gone: joints that are left out, shape (count, camera_count, 21).
-        guessed: those of the new places that nothing but pins tells, same shape.
-    """
-    out = dict(frames)
-    for k, (name, mine) in enumerate(seen.cameras.items()):
-        camera = calibration.cameras[name]
-        T, changed = camera.T_stage_camera, dict[int, CameraFrame]()
-        rows = np.clip(np.rint((mine.time_s - seen.time_s[0]) / STEP_S).astype(int), 0, len(places) - 1)
-        for n, (row, place) in enumerate(zip(rows.tolist(), mine.places, strict=True)):
-            put, left = np.isfinite(places[row, k, :, 0]), gone[row, k]
-            if not put.any() and not left.any():
-                continue
-            own = _at(places[:, k], seen.time_s, mine.time_s[n], row)
-            order = MIRROR if seen.exchanged[row, k] else slice(None)
-            own, put, left = own[order], put[order], left[order]
-            frame = frames[name][place]
-            confidence = np.where(put, np.maximum(frame.confidence, FILLED_CONFIDENCE), frame.confidence)
-            confidence[guessed[row, k][order]] = GUESSED_CONFIDENCE
-            confidence[left] = 0.0
-            frame = replace(frame, confidence=confidence)
-            if frame.picture is not None:
-                changed[place] = _in_picture(frame, frame.picture, camera, own, put, left)
-                continue
-            local = (own - T[:3, 3]) @ T[:3, :3]
-            local -= camera.depth_bias_m * rays(local)
-            positions = np.where(put[:, None], local, frame.positions)
-            positions[left] = np.nan
-            changed[place] = replace(frame, positions=positions)
-        if changed:
-            out[name] = Changed(frames[name], changed)
-    return out
-
-
-def _in_picture(
-    frame: CameraFrame,
-    picture: PictureJoints,
-    camera: CameraCalibration,
-    places: Array,
-    put: NDArray[np.bool_],
-    left: NDArray[np.bool_],
-) -> CameraFrame:
-    """A frame of a camera without depth, with joints put elsewhere or left out; of a hand that moves, its landmarks
-    are left out too.
-
-    Args:
-        frame, picture: the frame, and what it has.
-        camera: its calibration.
-        places: of the joints [m], shape (21, 3).
-        put, left: which are put there, and left out, shape (21,).
-    """
-    lens = None if camera.lens is None else camera.lens.sized(picture.width, picture.height)
-    if lens is None:
-        return frame
-    T = camera.T_stage_camera
-    pixels, hands = picture.pixels.copy(), picture.hands
-    pixels[put] = lens.pixels_of((places[put] - T[:3, 3]) @ T[:3, :3])
-    pixels[left] = np.nan
-    moved = put | left
-    if hands is not None:
-        of_hand = np.array([moved[INDEX[f"{side}_wrist"]] for side in ("left", "right")])
-        hands = np.where(of_hand[:, None, None], np.nan, hands)
-    picture = replace(
-        picture, pixels=pixels, world_m=np.where(moved[:, None], np.nan, picture.world_m), hands=hands
-    )
-    return replace(frame, picture=picture)
-
-
-def _at(places: Array, grid_s: Array, time_s: float, row: int) -> Array:
-    """Places, shape (count, 21, 3), at a time near an instant: between it and the next where both are known."""
-    other = int(np.clip(row + (1 if time_s > grid_s[row] else -1), 0, len(places) - 1))
-    share = abs(time_s - grid_s[row]) / STEP_S
-    between = (1.0 - share) * places[row] + share * places[other]
-    return np.where(np.isfinite(between), between, places[row])

@@ -9,7 +9,7 @@ import { startPicturePins } from "./picture_pin.js";
 import { drawPins } from "./pins.js";
 import { checkPin, leavePin, pinned, startPinning } from "./pinning.js";
 import { secondsOf, stageOf } from "./time.js";
-import { wordsOf } from "./words.js";
+import { foundBy, wordsOf } from "./words.js";
 
 const state = { replay: { open: false }, joint: "", goTo: () => {}, pin: () => {}, painted: () => {} };
 
@@ -49,6 +49,7 @@ function row(edit) {
       h("button", { type: "button", class: "small square quiet operate", aria: { label: t("mend.remove", { what }) }, onclick: () => remove(edit) }, "×")),
     edit.note && h("p", { class: "muted" }, edit.note),
     outcome?.line && h("p", { class: "fair" }, said(outcome.line)),
+    ...(outcome?.mended ?? []).flatMap(foundBy).map((line) => h("p", { class: "muted found" }, line)),
     h("div", { class: "operate" }, details(edit)));
 }
 

@@ -1,6 +1,8 @@
 // What an edit says, in words, and the names of its joints.
+import { clock } from "../base/dom.js";
 import { number, t } from "../base/strings.js";
 import { performerWords } from "../replay/performers.js";
+import { secondsOf } from "./time.js";
 
 const PARTS = { Arm: "shoulder", ForeArm: "elbow", Hand: "wrist", HandMiddle1: "hand", UpLeg: "hip", Leg: "knee", Foot: "ankle", ToeBase: "toe" };
 const SIDES = { Left: "left", Right: "right" };
@@ -43,3 +45,15 @@ const KINDS = {
 
 /** What an edit says, in words. */
 export const wordsOf = (edit) => KINDS[edit.kind](edit);
+
+const at = (time_s) => clock(Math.max(secondsOf(time_s), 0));
+
+/** What a pin found wrong and mended, one line each. */
+export function foundBy(found) {
+  const when = { joints: several(found.joints), from: at(found.start_s), to: at(found.end_s) };
+  return [
+    found.cameras.length ? t("mend.found", { ...when, cameras: found.cameras.join(", ") }) : t("mend.found_unseen", when),
+    ...found.exchanges.map((one) => t("mend.found_exchange", { camera: one.camera, at: at(one.time_s) })),
+    ...(found.guessed ? [t("mend.found_guess")] : []),
+  ];
+}

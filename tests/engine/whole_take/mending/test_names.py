@@ -1,12 +1,14 @@
 """An error that follows the names of a camera is mended on the other limb where the camera exchanges its sides."""
 
 import numpy as np
+import pytest
 
 from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.edits.edit import PinEdit
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import INDEX, JOINT_COUNT, MIRROR
 from studio.engine.whole_take.mending.frames import edited_frames
+from studio.engine.whole_take.mending.told import Mended
 from tests.live.performer import calibration, joints_m
 
 NAMES = ["camera_0", "camera_1", "camera_2"]
@@ -31,7 +33,8 @@ def test_what_a_camera_calls_left_is_wrong_and_the_right_arm_is_not_lost_where_i
             frames[name].append(CameraFrame(name, k, k * 33_333_333, seen, np.full(JOINT_COUNT, 0.9)))
     x, y, z = (true[PIN, ARM[1]] + [0.01, -0.01, 0.01]).tolist()
     pin = PinEdit(id="a", joint="left_wrist", place_m=(x, y, z), start_s=PIN / 30, end_s=PIN / 30)
-    mended = edited_frames(frames, stage, [pin])
+    told = list[Mended]()
+    mended = edited_frames(frames, stage, [pin], tell=told.append)
     off = []
     for name, camera in stage.cameras.items():
         for k in range(BEGIN, END):
@@ -40,3 +43,17 @@ def test_what_a_camera_calls_left_is_wrong_and_the_right_arm_is_not_lost_where_i
             off.append(np.linalg.norm(joints - true[k], axis=1)[[*ARM, *MIRROR[ARM]]])
     known = np.isfinite(off)
     assert known.mean() > 0.9 and np.percentile(np.array(off)[known], 99) < 0.07
+    (found,) = told
+    assert found.pins == ("a",) and "left_wrist" in found.joints and found.cameras == tuple(NAMES)
+    assert (found.start_s, found.end_s) == pytest.approx((BEGIN / 30, (END - 1) / 30), abs=0.1)
+    assert not found.guessed
+    changes = [(name, edge / 30) for name in NAMES for edge in _edges(EXCHANGED[name])]
+    assert sorted(name for name, _ in found.exchanges) == [name for name, _ in changes]
+    assert sorted(time_s for _, time_s in found.exchanges) == pytest.approx(
+        sorted(time_s for _, time_s in changes), abs=0.04
+    )
+
+
+def _edges(exchanged: range) -> list[int]:
+    """The frames within the error at which a camera exchanges its sides."""
+    return [edge for edge in (exchanged.start, exchanged.stop) if BEGIN < edge < END]
