@@ -43,7 +43,7 @@ def rig(count: int) -> tuple[RigCamera, ...]:
 
 def errors_deg(stage: SeenStage, poses: Poses) -> NDArray[np.float64]:
     """Return the head's error in each frame, whole and of the face's direction, shape (F, 2) [degrees]."""
-    head = SimulatedHead(stage.motion.offsets_m, stage.seed)
+    head = SimulatedHead(stage.seed)
     found = matrices(poses.rotations_wxyz[:, OUTPUT_INDEX["Head"]])
     out = np.empty((len(found), 2))
     for row, time_s in enumerate(poses.time_s.tolist()):

@@ -19,14 +19,12 @@ def stage(request: pytest.FixtureRequest) -> SeenStage:
 
 def test_heads_glance_about_and_come_back() -> None:
     motion = stage_motion()
-    head = SimulatedHead(motion.offsets_m, 3)
+    head = SimulatedHead(3)
     times = np.arange(4.0, 60.0, 0.1)
     turns = np.array([head.straight(motion.at(t)).T @ head.rotation(motion.at(t), t) for t in times.tolist()])
     angles = np.degrees(Rotation.from_matrix(turns).magnitude())
     assert 20.0 < angles.max() < 60.0 and np.median(angles) < 25.0 and angles.min() < 1.0
-    assert np.array_equal(
-        head.rotation(motion.at(5.5), 5.5), SimulatedHead(motion.offsets_m, 3).rotation(motion.at(5.5), 5.5)
-    )
+    assert np.array_equal(head.rotation(motion.at(5.5), 5.5), SimulatedHead(3).rotation(motion.at(5.5), 5.5))
     assert (head.seen_size < 1.2).all() and (head.seen_size > 0.4).all()
 
 

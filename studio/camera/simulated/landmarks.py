@@ -44,7 +44,7 @@ class SimulatedRgbSource(PerformedSource):
             landmark_anatomy(self.performer_rng),
             self.rng,
             HandTracker(at, self._lens, hands, seed=seed, camera=index),
-            SimulatedHead(self.motion.offsets_m, seed),
+            SimulatedHead(seed),
             FaceErrors(seed=seed, camera=index),
         )
 

@@ -32,15 +32,29 @@ def bone_frames(joints: NDArray[np.float64], offsets_m: NDArray[np.float64]) -> 
         offsets_m: T-pose offsets of the body, shape (21, 3); see `CanonicalMotion`.
     """
     frames = np.empty((*joints.shape[:2], 3, 3))
-    up = joints[:, INDEX["chest"]] - joints[:, INDEX["hips"]]
-    frames[:] = _axes(joints[:, INDEX["left_shoulder"]] - joints[:, INDEX["right_shoulder"]], up)[:, None]
-    frames[:, _HIPS] = _axes(joints[:, INDEX["left_hip"]] - joints[:, INDEX["right_hip"]], up)[:, None]
+    frames[:] = chest_axes(joints)[:, None]
+    frames[:, _HIPS] = _axes(joints[:, INDEX["left_hip"]] - joints[:, INDEX["right_hip"]], _up(joints))[
+        :, None
+    ]
     for starts, ends in pairwise(_CHAINS):
         before = frames[:, starts]
         rest = (before * offsets_m[ends][:, None, :]).sum(axis=-1)
         turned = _matrix_product(_swing(rest, joints[:, ends] - joints[:, starts]), before)
         frames[:, starts] = frames[:, ends] = turned
     return frames
+
+
+def chest_axes(joints: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotations of the chest alone, which are those of the head, shape (F, 3, 3).
+
+    Args:
+        joints: joint centres [m], shape (F, 21, 3).
+    """
+    return _axes(joints[:, INDEX["left_shoulder"]] - joints[:, INDEX["right_shoulder"]], _up(joints))
+
+
+def _up(joints: NDArray[np.float64]) -> NDArray[np.float64]:
+    return joints[:, INDEX["chest"]] - joints[:, INDEX["hips"]]
 
 
 def _axes(left: NDArray[np.float64], up: NDArray[np.float64]) -> NDArray[np.float64]:

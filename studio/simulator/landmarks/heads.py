@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import unit
-from studio.engine.model.joints import INDEX, JOINT_SETS
-from studio.simulator.joints.bone_frames import bone_frames
+from studio.engine.model.joints import JOINT_SETS
+from studio.simulator.joints.bone_frames import chest_axes
 from studio.simulator.performer.acting import head_turns
 
 Array = NDArray[np.float64]
@@ -43,16 +43,14 @@ class SimulatedHead:
     """The head of one performer.
 
     Args:
-        body_m: T-pose offsets of the performer, shape (21, 3); see `CanonicalMotion`.
         seed: of glances and proportions.
 
     Attributes:
         seen_size: what a network makes of the face: share of its true breadth, depth and height, shape (3,).
     """
 
-    def __init__(self, body_m: Array, seed: int) -> None:
+    def __init__(self, seed: int) -> None:
         rng = np.random.default_rng([seed, STREAM])
-        self._body = body_m
         self.seen_size = rng.uniform(*_SIZE) * rng.normal(1.0, _VARIES, 3)
         self._glances = head_turns(np.arange(0.0, _ROUND_S, 1.0 / _RATE_HZ), rng)
 
@@ -62,7 +60,7 @@ class SimulatedHead:
         Args:
             joints_m: true joint centres, shape (21, 3).
         """
-        chest: Array = bone_frames(joints_m[None], self._body)[0, INDEX["head"]]
+        chest: Array = chest_axes(joints_m[None])[0]
         upright: Array = (1.0 - _UPRIGHT) * chest[:, 2] + _UPRIGHT * np.array([0.0, 0.0, 1.0])
         up = unit(upright)
         back = unit(np.cross(up, chest[:, 0]).astype(np.float64))

@@ -56,7 +56,7 @@ def see_landmarks(
         seed: of all noise, lenses and clocks.
         timing: of all cameras' pictures.
     """
-    hands, head = SimulatedHands(motion.offsets_m, seed), SimulatedHead(motion.offsets_m, seed)
+    hands, head = SimulatedHands(motion.offsets_m, seed), SimulatedHead(seed)
     performer, *streams = np.random.SeedSequence(seed).spawn(1 + len(rig))
     anatomy = landmark_anatomy(np.random.default_rng(performer))
     for k, (camera, stream) in enumerate(zip(rig, streams, strict=True)):
