@@ -60,9 +60,18 @@ def kept(monkeypatch, copied: bool, warm: bool = True) -> Iterator[None]:
         real = begin.begin
         monkeypatch.setattr(begin, "begin", lambda **how: real(**how | {"loaded": False}))
     if warm:
-        worker.warm_up()
+        warm_up()
     yield
     worker.cool_down()
+
+
+def warm_up() -> worker.Worker:
+    """Keep a process ready; return it once it is there."""
+    worker.warm_up()
+    with worker._changed:
+        assert worker._changed.wait_for(lambda: worker._spare is not None, 120)
+        assert worker._spare is not None
+        return worker._spare
 
 
 def test_the_value_and_the_progress_come_back(ready, run):
@@ -112,14 +121,26 @@ def test_a_take_is_opened_in_the_process_as_it_is_by_then(ready, run, tmp_path):
 
 
 def test_a_ready_process_that_was_killed_is_done_without(run):
-    worker.warm_up()
+    spare = warm_up()
     try:
-        spare = worker._spare
-        assert spare is not None
         spare.process.kill()
         spare.process.join()
         assert run("negative", 2) == -2
     finally:
+        worker.cool_down()
+
+
+def test_a_server_that_begins_does_not_wait_for_what_is_loaded(monkeypatch):
+    worker.cool_down()
+    real, loaded = begin.begin, threading.Event()
+    monkeypatch.setattr(begin, "begin", lambda **how: loaded.wait(120) and real())
+    try:
+        worker.warm_up()
+        assert worker._spare is None
+        loaded.set()
+        assert warm_up().process.is_alive()
+    finally:
+        loaded.set()
         worker.cool_down()
 
 

@@ -43,11 +43,11 @@ _soon_back: set[Worker] = set()
 
 
 def warm_up() -> None:
-    """Keep a process ready from now on; where processes are copied, return once there is one."""
+    """Keep a process ready from now on; returns at once."""
     global _warm
     with _changed:
         _warm = True
-    _replace_spare()
+    threading.Thread(target=_replace_spare, name="warm up", daemon=True).start()  # it takes seconds
 
 
 def cool_down() -> None:
@@ -66,7 +66,7 @@ def _replace_spare() -> None:
     with _changed:
         if not _warm or _spare is not None:
             return
-    worker = begin.begin(loaded=True)  # not under the lock: the first takes seconds
+    worker = begin.begin(loaded=True)
     if not _keep(worker):
         worker.end()
 
