@@ -144,6 +144,28 @@ def test_a_server_that_begins_does_not_wait_for_what_is_loaded(monkeypatch):
         worker.cool_down()
 
 
+@pytest.mark.skipif(not begin.COPIES, reason="this system copies no processes")
+def test_where_no_copy_can_be_made_processes_begin_anew(tmp_path, monkeypatch):
+    """A path of over 107 characters has no room for the socket of the process that is copied."""
+    long = tmp_path / ("x" * 100)
+    long.mkdir()
+    monkeypatch.setenv("TMPDIR", str(long))
+    done = subprocess.run([sys.executable, "-c", NO_COPY], capture_output=True, text=True, timeout=600)
+    assert done.stdout == "-2\n", done.stderr
+    assert "processes are not copied from here on" in done.stderr
+
+
+NO_COPY = """
+import re
+from studio import worker
+worker._TEXT = re.compile(r"tests\\.works:negative")
+if __name__ == "__main__":
+    worker.warm_up()
+    print(worker.run_in_process("tests.works:negative", 2))
+    worker.cool_down()
+"""
+
+
 def test_work_that_is_stopped_leaves_its_process_fit_for_more(ready, run):
     shares: list[float] = []
     with refused(worker.Stopped, "work.stopped"):

@@ -202,6 +202,7 @@ def leave(code: int) -> NoReturn:
     for child in multiprocessing.active_children():
         child.terminate()
         child.join()
+    worker.begin.tidy()
     logging.shutdown()
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError):  # its reader has left

@@ -5,17 +5,24 @@ in copies, and Windows has none. There every process begins anew and loads the c
 computing, or 3 s with what is slow at its first call.
 """
 
+import logging
 import multiprocessing
 import os
+import shutil
 import sys
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from multiprocessing.util import get_temp_dir
 
 from studio.worker.process import work
 
+_log = logging.getLogger(__name__)
+
 COPIES = sys.platform == "linux"
-"""Whether this system copies processes."""
+"""Whether this system copies processes; no longer once it failed to."""
+
+_has_copied = False
 
 _LOADED = ["studio.worker.loaded"]
 
@@ -41,13 +48,30 @@ def begin(*, loaded: bool = False, copied: bool = False, gives_way: bool | None 
         copied: a copy is taken if the system has any, because this program keeps the loaded process anyway.
         gives_way: as for `work`.
     """
+    global COPIES, _has_copied
     copied = COPIES and (copied or loaded)
     context = multiprocessing.get_context("forkserver" if copied else "spawn")
     if copied:
         context.set_forkserver_preload(_LOADED)
+        _has_copied = True
     here, there = context.Pipe()
     arguments = (there, loaded and not copied, gives_way, dict(os.environ))
     process = context.Process(target=work, args=arguments, daemon=True)  # type: ignore[attr-defined]
-    process.start()
-    there.close()
+    try:
+        process.start()
+    except (OSError, EOFError) as error:  # no room for its socket, or the loaded process was killed
+        if not copied:
+            raise
+        _log.warning("processes are not copied from here on, so that works begin later: %s", error)
+        COPIES = False
+        here.close()
+        return begin(loaded=loaded, gives_way=gives_way)
+    finally:
+        there.close()
     return Worker(process, here)
+
+
+def tidy() -> None:
+    """Remove what copying leaves on the disk, for a program that ends without Python's own end."""
+    if _has_copied:
+        shutil.rmtree(get_temp_dir(), ignore_errors=True)

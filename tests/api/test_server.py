@@ -6,8 +6,10 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import textwrap
 import threading
+from pathlib import Path
 
 import pytest
 from fastapi import FastAPI, WebSocket
@@ -16,6 +18,7 @@ from websockets.sync.client import connect
 from studio.server.run import make_server, open_socket
 from studio.take.folder.take import Take
 from studio.take.raw.frames import inspect_raw
+from studio.worker.begin import COPIES
 from tests import patient
 from tests.api.camera import Camera, send_frames, wait_until
 
@@ -51,6 +54,20 @@ def test_the_end_finishes_the_recording(serving, tmp_path, number):
     assert take.meta["recording"] == "done"
     summary = inspect_raw(take.raw_path)
     assert summary.complete and summary.frames == {"camera_0": 10}
+
+
+@pytest.mark.skipif(not COPIES, reason="this system copies no processes")
+def test_a_server_that_ends_leaves_nothing_of_its_processes(tmp_path):
+    with tempfile.TemporaryDirectory() as folder:
+        process = subprocess.Popen(
+            [*COMMAND, "--port", "0", "--sessions", str(tmp_path / "sessions")],
+            stdout=subprocess.PIPE,
+            env=os.environ | {"TMPDIR": folder},
+        )
+        wait_until(lambda: [*Path(folder).glob("pymp-*/*")], "the process that is copied is there")
+        process.terminate()
+        assert process.communicate(timeout=60) is not None and process.returncode == 0
+        assert [*Path(folder).glob("pymp-*")] == []
 
 
 def test_what_a_killed_server_recorded_can_be_read(serving, tmp_path):
