@@ -19,7 +19,7 @@ from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
 from studio.engine.model.solve_metrics import EditJson, SolveMetrics
 from studio.engine.solve.touching import missed_touch_m
-from studio.engine.whole_take.mending.told import Mended
+from studio.engine.whole_take.mending.told import PinFinding
 from studio.take.folder.solves import Solved
 
 USUAL_HEIGHT_M = 1.75
@@ -37,7 +37,7 @@ class AskedEdits:
     """
 
     edits: tuple[Edit, ...] = ()
-    mended: list[Mended] = field(default_factory=list)
+    mended: list[PinFinding] = field(default_factory=list)
     _lines: dict[str, Said] = field(default_factory=dict)
     _heights_m: dict[str, float] = field(default_factory=dict)
 

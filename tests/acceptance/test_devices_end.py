@@ -21,8 +21,14 @@ def connect(server: ServerProcess) -> list[psutil.Process]:
     assert server.process is not None
     program = psutil.Process(server.process.pid)
 
+    def is_client(process: psutil.Process) -> bool:
+        try:
+            return "left" in process.cmdline()
+        except psutil.NoSuchProcess:  # another one has ended meanwhile
+            return False
+
     def running() -> list[psutil.Process]:
-        clients = [one for one in program.children() if "left" in one.cmdline()]
+        clients = [one for one in program.children() if is_client(one)]
         return [each for one in clients if (parts := one.children()) for each in (one, *parts)]
 
     return wait_until(running, "the client and its tracker run")

@@ -22,7 +22,7 @@ from studio.engine.whole_take.mending.middle import median_of
 from studio.engine.whole_take.mending.names import alike, by_names, exchanges, turned_back, turned_since
 from studio.engine.whole_take.mending.shifts import shift_of
 from studio.engine.whole_take.mending.spread import spread
-from studio.engine.whole_take.mending.told import Mended, told_of, told_of_unseen
+from studio.engine.whole_take.mending.told import PinFinding, told_of, told_of_unseen
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def edited_frames(
     edits: Sequence[Edit],
     *,
     lifted_m: float = 0.0,
-    tell: Callable[[Mended], None] = lambda found: None,
+    tell: Callable[[PinFinding], None] = lambda found: None,
 ) -> Frames:
     """Return a performer's frames as edits leave them; without edits of frames the same object.
 
@@ -89,7 +89,7 @@ def _mended(
     calibration: Calibration,
     pins: Sequence[PinEdit],
     lifted_m: float,
-    tell: Callable[[Mended], None],
+    tell: Callable[[PinFinding], None],
 ) -> Frames:
     """Return frames mended around some pins of one joint."""
     begin = min(pin.start_s for pin in pins) - REACH_S

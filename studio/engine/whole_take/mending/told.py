@@ -14,7 +14,7 @@ from studio.engine.whole_take.mending.evidence import Erring
 
 
 @dataclass(frozen=True)
-class Mended:
+class PinFinding:
     """What cameras say that a pin proved wrong.
 
     Attributes:
@@ -57,7 +57,7 @@ def told_of(
     turned: NDArray[np.bool_],
     *,
     fades: bool,
-) -> Mended:
+) -> PinFinding:
     """Return what is told of an error.
 
     Args:
@@ -71,7 +71,7 @@ def told_of(
     """
     rows, names = found.rows, list(seen.cameras)
     changes = np.diff(turned[rows], axis=0) & errs[1:] & errs[:-1]
-    return Mended(
+    return PinFinding(
         _ids(seen, pins, at),
         tuple(CANONICAL[joint] for joint in found.joints),
         tuple(names[k] for k in np.flatnonzero(errs.any(axis=0))),
@@ -82,9 +82,9 @@ def told_of(
     )
 
 
-def told_of_unseen(seen: Around, pins: Sequence[PinEdit], joint: int, rows: slice) -> Mended:
+def told_of_unseen(seen: Around, pins: Sequence[PinEdit], joint: int, rows: slice) -> PinFinding:
     """Return what is told of instants around pins at which no camera sees the joint."""
-    return Mended(
+    return PinFinding(
         _ids(seen, pins, rows),
         (CANONICAL[joint],),
         (),

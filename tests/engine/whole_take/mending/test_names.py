@@ -8,7 +8,7 @@ from studio.engine.edits.edit import PinEdit
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import INDEX, JOINT_COUNT, MIRROR
 from studio.engine.whole_take.mending.frames import edited_frames
-from studio.engine.whole_take.mending.told import Mended
+from studio.engine.whole_take.mending.told import PinFinding
 from tests.live.performer import calibration, joints_m
 
 NAMES = ["camera_0", "camera_1", "camera_2"]
@@ -33,7 +33,7 @@ def test_what_a_camera_calls_left_is_wrong_and_the_right_arm_is_not_lost_where_i
             frames[name].append(CameraFrame(name, k, k * 33_333_333, seen, np.full(JOINT_COUNT, 0.9)))
     x, y, z = (true[PIN, ARM[1]] + [0.01, -0.01, 0.01]).tolist()
     pin = PinEdit(id="a", joint="left_wrist", place_m=(x, y, z), start_s=PIN / 30, end_s=PIN / 30)
-    told = list[Mended]()
+    told = list[PinFinding]()
     mended = edited_frames(frames, stage, [pin], tell=told.append)
     off = []
     for name, camera in stage.cameras.items():
