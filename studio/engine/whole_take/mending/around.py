@@ -78,6 +78,10 @@ class Around:
         """Return the index of the nearest instant."""
         return int(np.clip(round((time_s - self.time_s[0]) / STEP_S), 0, len(self.time_s) - 1))
 
+    def rows_of(self, start_s: float, end_s: float) -> slice:
+        """Return the instants from one time to another, at least one."""
+        return slice(self.row_of(start_s), self.row_of(end_s) + 1)
+
 
 def around(
     frames: Mapping[str, Sequence[CameraFrame]],

@@ -262,7 +262,7 @@ def _pinned(seen: Around, pins: Sequence[PinEdit], lifted_m: float) -> tuple[NDA
     """Instants with a pin, shape (count,), and its place before the cameras there, shape (count, 3)."""
     flags, place = np.zeros(len(seen.time_s), dtype=bool), np.zeros((len(seen.time_s), 3))
     for pin in pins:
-        rows = slice(seen.row_of(pin.start_s), seen.row_of(pin.end_s) + 1)
+        rows = seen.rows_of(pin.start_s, pin.end_s)
         flags[rows], place[rows] = True, np.array(pin.place_m) - [0.0, 0.0, lifted_m]
     return flags, place
 

@@ -97,6 +97,5 @@ def told_of_unseen(seen: Around, pins: Sequence[PinEdit], joint: int, rows: slic
 
 def _ids(seen: Around, pins: Sequence[PinEdit], at: slice) -> tuple[str, ...]:
     """The pins that hold at some of these instants."""
-    return tuple(
-        pin.id for pin in pins if seen.row_of(pin.start_s) < at.stop and seen.row_of(pin.end_s) >= at.start
-    )
+    rows = {pin.id: seen.rows_of(pin.start_s, pin.end_s) for pin in pins}
+    return tuple(id_ for id_, own in rows.items() if own.start < at.stop and at.start < own.stop)
