@@ -2,7 +2,8 @@
 
 A process takes seconds to load the code of a solve (`begin` says how). `warm_up` keeps a process ready. The next work
 runs in it, and afterwards it waits for more, unless it has grown large or failed; then another process replaces it.
-New work waits for the process while that runs short work, because loading a second process costs more.
+Meanwhile new work runs in a copy. Where processes are not copied, it waits for the process while that runs short
+work, because loading a second one costs more.
 
 The server names the function as a text, `studio.package.module:function`; only the process imports the module.
 """
