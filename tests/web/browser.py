@@ -91,11 +91,11 @@ def chromium_browser() -> Iterator[Browser]:
 
 
 def _make_patient(browser: Browser) -> None:
-    """Have all pages of the browser wait so long for what they are told to do."""
+    """Have all pages of the browser wait so long for what they are told to do, and nothing move for its looks."""
 
     def patient(new: Callable[..., Page | BrowserContext]) -> Callable[..., Page | BrowserContext]:
         def opened(**options: Any) -> Page | BrowserContext:
-            made = new(**options)
+            made = new(**{"reduced_motion": "reduce", **options})
             made.set_default_timeout(WAIT_MS)
             made.add_init_script(UNHURRIED.replace("INTERVAL_MS", str(_interval_ms)).replace("HOW", _view))
             return made
