@@ -14,7 +14,8 @@ from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.whole_take.mending.floor import lift_of_pins_m
-from studio.engine.whole_take.mending.frames import REACH_S, edited_frames
+from studio.engine.whole_take.mending.frames import edited_frames
+from studio.engine.whole_take.mending.pinned import REACH_S
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.preview import frames_between, poses_between, seen_performer
 from studio.take.folder.take import PERFORMER, Take
