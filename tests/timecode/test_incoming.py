@@ -30,7 +30,7 @@ def incoming():
 
 
 class Sender:
-    """Calls `send(frame)` at each frame's time, from a thread, until closed."""
+    """Calls `send(frame)` at each frame's time, from a thread, until closed; frames whose time is over are left out."""
 
     def __init__(self, rate, first, every, send):
         self.began_ns = time.monotonic_ns()
@@ -44,7 +44,8 @@ class Sender:
             due_ns = self.began_ns + round(number * NS / rate.fps)
             time.sleep(max(0.0, (due_ns - time.monotonic_ns()) * 1e-9))
             send(first + number)
-            number += every
+            over = int((time.monotonic_ns() - self.began_ns) * 1e-9 * rate.fps) - number
+            number += every * max(1, over // every)
 
     def close(self):
         self._stopping.set()

@@ -140,6 +140,7 @@ def place_other_cameras(sessions: Path) -> None:
 @pytest.mark.lively
 def test_the_view_comes_back_with_a_server_that_was_killed(server: ServerProcess, page: Page) -> None:
     page.add_init_script(NODES)
+    page.set_viewport_size({"width": 640, "height": 480})  # few pixels, which are drawn all the time
     page.goto(server.url)
     page.locator("#theme").focus()  # the focus is on the page, not in the 3D view
     with performing(server.url):

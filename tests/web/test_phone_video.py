@@ -21,16 +21,29 @@ WATCHED = """() => {
   const video = document.querySelector("#video"), canvas = new OffscreenCanvas(140, 160);
   const pen = canvas.getContext("2d", { willReadFrequently: true });
   window.seen = [];
-  const see = (begin, { captureTime }) => {
+  const see = (begin, { captureTime, mediaTime }) => {
     video.requestVideoFrameCallback(see);
-    pen.drawImage(video, 0, 0);
+    const picture = new VideoFrame(video), later_ms = picture.timestamp / 1e3 - mediaTime * 1e3;
+    pen.drawImage(picture, 0, 0);
+    picture.close();
     const { data } = pen.getImageData(0, 20, 140, 1);
     const bits = Array.from({ length: 7 }, (_, bit) => data[4 * (20 * bit + 10)]);
-    window.seen.push([Math.round(1e6 * (captureTime ?? begin)), bits]);
+    window.seen.push([Math.round(1e6 * (captureTime ?? begin)) + Math.round(1e6 * later_ms), bits]);
   };
   video.requestVideoFrameCallback(see);
 }"""
 """Notes the number in each picture that the page shows, and its time, beside what the page itself does."""
+
+BUSY = """() => {
+  const video = document.querySelector("#video"), next = video.requestVideoFrameCallback.bind(video);
+  let count = 0;
+  video.requestVideoFrameCallback = (call) => next((...told) => {
+    const until = performance.now() + 130;
+    if ((count += 1) % 5 === 0) while (performance.now() < until);
+    call(...told);
+  });
+}"""
+"""Holds the page between a picture that is announced and what it does with it: by then there is a later one."""
 
 
 def as_counter(out):
@@ -43,12 +56,14 @@ def as_counter(out):
     return out
 
 
-def start(one, url):
-    """Start the camera, with its video kept."""
+def start(one, url, *scripts):
+    """Start the camera, with its video kept; scripts run in the page before."""
     one.open(f"{url}/phone", "stand")
     one.page.evaluate("() => localStorage.setItem('phone-keep-video', 'yes')")
     one.page.reload()
     one.page.fill("#name", "stand")
+    for script in scripts:
+        one.page.evaluate(script)
     one.page.click("#start")
     one.sends(3)
 
@@ -70,12 +85,12 @@ def numbers_in(video: KeptVideo, *, mirrored: bool = False) -> dict[int, int]:
 def test_a_video_is_in_step_and_outlives_its_page(studio, chromium, tmp_path):  # noqa: F811
     url, http, sessions = studio
     with phone(chromium, as_counter(tmp_path / "counter.y4m")) as one:
-        start(one, url)
+        start(one, url, WATCHED, BUSY)
         page = one.page
-        page.evaluate(WATCHED)
         http.post("/record/start", json={}).raise_for_status()
         expect(page.locator("#recording")).to_be_visible()
-        until(page, f"seen.length >= {40}")
+        page.evaluate("seen.length = 0")
+        until(page, "seen.length >= 40")
         shown = {time_ns: np.array(bits, float) for time_ns, bits in page.evaluate("seen")}
         page.reload()  # during the take
         page.evaluate("document.querySelector('#mirrored').checked = true")

@@ -19,6 +19,10 @@ _WITHIN_FRAMES, _WITHIN_PPM = 1.0, 500.0
 _CONFIRMED = 3
 """Readings in a row that agree make a new run."""
 
+_DELAYED_S = 1.0
+"""Readings that a busy machine takes in late look as if timecode had gone back a little. Where it goes back by less, a
+new run needs readings that agree for so long."""
+
 _SMOOTH_S = 0.5
 """Readings this near to another are averaged with it: packets and MIDI come unevenly."""
 
@@ -187,10 +191,10 @@ def _members(time_s: NDArray[np.float64], late: NDArray[np.float64], rate: Timec
             runs[-1].append(k)
             waiting = []
             continue
-        if waiting and not _continues(waiting[-1], k, time_s, late, rate):
-            waiting = []
-        waiting.append(k)
-        if len(waiting) == _CONFIRMED:
+        waiting = [one for one in waiting if _continues(one, k, time_s, late, rate)] + [k]
+        forward = float(_centred(late[k] - late[runs[-1][-1]], rate.day)) if runs else 0.0
+        needed_s = _DELAYED_S if -_DELAYED_S * rate.fps < forward < 0.0 else 0.0
+        if len(waiting) >= _CONFIRMED and time_s[k] - time_s[waiting[0]] >= needed_s:
             runs.append(waiting)
             waiting = []
     return runs

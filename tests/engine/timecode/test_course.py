@@ -51,6 +51,24 @@ def test_jumps_forward_and_back():
     assert path.times_of(Timecode(80_000, rate), 0.0, 9.1) == []
 
 
+def test_readings_that_a_busy_machine_took_in_late_are_no_jumps():
+    rate = RATES["25"]
+    given = readings(1000, 0.0, 200, rate)
+    woke_s = given[70][0]
+    given[50:70] = [(woke_s, frame) for _, frame in given[50:70]]  # all at once, after 0.8 s
+    given[120:130] = [(time + 0.06, frame) for time, frame in given[120:130]]
+    path = course(given, rate)
+    assert len(path.runs) == 1
+    assert [one.frame for one in path.timecodes_at(np.array([1.41, 5.01]))] == [1035, 1125]
+    assert path.frames_at(np.array([2.4])) == pytest.approx(1060, abs=1.0)
+
+
+def test_timecode_that_is_set_back_by_a_few_frames_is_a_jump():
+    rate = RATES["25"]
+    path = course(readings(1000, 0.0, 100, rate) + readings(1095, 4.0, 100, rate), rate)
+    assert [(time, before.frame, after.frame) for time, before, after in path.jumps()] == [(4.0, 1100, 1095)]
+
+
 def test_before_the_first_and_after_the_last_reading():
     rate = RATES["24"]
     path = course(readings(240, 10.0, 48, rate), rate, "ltc")

@@ -79,3 +79,25 @@ export async function followBattery(changed) {
   battery.addEventListener("chargingchange", tell);
   tell();
 }
+
+const SAME_US = 1000, LATE_US = 1_000_000;
+
+/** Tells when the picture that a video shows was taken: a busy page is told of one picture and already sees a later one. */
+export class PictureClock {
+  #agrees = false; // whether this browser counts both times from the same moment
+
+  /** Return when it was taken [ns]; `begin` and `told` are what the browser tells with the picture that it announces. */
+  taken(video, begin, told) {
+    const announced_ns = Math.round(1e6 * (told.captureTime ?? begin));
+    let later_us;
+    try {
+      const picture = new VideoFrame(video);
+      later_us = picture.timestamp - 1e6 * told.mediaTime;
+      picture.close();
+    } catch {
+      return announced_ns; // there is no VideoFrame, or no picture just now
+    }
+    if (Math.abs(later_us) < SAME_US) this.#agrees = true;
+    return this.#agrees && later_us >= SAME_US && later_us < LATE_US ? announced_ns + Math.round(1000 * later_us) : announced_ns;
+  }
+}

@@ -2,7 +2,7 @@
 import { byId, h, setText } from "../base/dom.js";
 import { startFrame } from "../base/frame.js";
 import { hasText, number, t, template } from "../base/strings.js";
-import { NoCamera, exposureOf, followBattery, isSelfie, isWide, keepAwake, lensOf, listCameras, openCamera } from "./camera.js";
+import { NoCamera, PictureClock, exposureOf, followBattery, isSelfie, isWide, keepAwake, lensOf, listCameras, openCamera } from "./camera.js";
 import { draw } from "./drawing.js";
 import { advice, brightnessOf, isDark } from "./framing.js";
 import { Held } from "./held.js";
@@ -20,14 +20,15 @@ const NO_VIDEO = ["full", "codec", "database"]; // why a video is not recorded
 const LOOK_MS = 1000;
 const EXPOSED = 1.5; // times as much or as little light as before: told
 const SLOW_FPS = 10;
+const SAME_NS = 1_000_000; // two pictures so near to each other are one
 const SKIPPED = 0.1; // pictures left out for each that was looked at: with more, this phone is as busy as it can be
 
 const video = byId("video"), overlay = byId("overlay"), small = h("canvas", { width: 32, height: 32 });
 const now = {
-  running: false, found: null, brightness: null, lens: null, exposure: null, size: null, shown: 0, sequence: 0, last: 0,
+  running: false, found: null, brightness: null, lens: null, exposure: null, size: null, shown: 0, sequence: 0, last: 0, seen: 0,
   fps: null, sent: 0, skipped: 0, looked: 0, busyMs: 0, load: 0,
 };
-let link = null, footage = null, stream = null, busy = false, letSleep = null, looking = null, opening = false;
+let link = null, footage = null, pictures = null, stream = null, busy = false, letSleep = null, looking = null, opening = false;
 
 const watch = new Watch(() => link?.sendStatus());
 const held = new Held((degrees) => watch.pass("moved", { degrees: Math.round(degrees) }));
@@ -69,7 +70,9 @@ const track = () => stream.getVideoTracks()[0];
 async function take(begin, frame) {
   if (!now.running) return;
   video.requestVideoFrameCallback(take);
-  const at_ns = Math.round(1e6 * (frame.captureTime ?? begin));
+  const at_ns = pictures.taken(video, begin, frame);
+  if (Math.abs(at_ns - now.seen) < SAME_NS) return; // a busy page had it already
+  now.seen = at_ns;
   footage.frame(video, at_ns, { wanted: byId("keep-video").checked, sequence: now.sequence, mirrored: byId("mirrored").checked, rate: track().getSettings().frameRate || 30 });
   if (busy) now.skipped += 1; // the newest picture, always: what came meanwhile is left out
   if (busy || !pose.thread || document.hidden) return;
@@ -140,6 +143,7 @@ function showKept() {
 async function use(deviceId) {
   if (stream) for (const one of stream.getTracks()) one.stop();
   stream = await openCamera(deviceId);
+  pictures = new PictureClock();
   video.srcObject = stream;
   await video.play();
   const selfie = isSelfie(track());
