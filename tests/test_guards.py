@@ -15,7 +15,7 @@ PROGRAMS = Path(sys.executable).parent
 def run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
     program = PROGRAMS / command[0]
     return subprocess.run(
-        [str(program), *command[1:]], cwd=folder, capture_output=True, text=True, timeout=600, check=False
+        [str(program), *command[1:]], cwd=folder, capture_output=True, text=True, check=False
     )
 
 
@@ -108,6 +108,7 @@ def test_a_clock_is_allowed_outside_the_engine(source):
     assert run(source.parents[2], "ruff", "check", "--no-cache", ".").returncode == 0
 
 
+@pytest.mark.timeout(3600)  # pyright takes two minutes of computing, and far longer on a machine that is busy
 def test_the_types_fit():
     done = run(ROOT, "pyright")
     assert done.returncode == 0, done.stdout

@@ -1,7 +1,7 @@
 """Synthetic performers with known proportions, and cameras of a known place that see them, ideal or noisy."""
 
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, lru_cache
 
 import mujoco
 import numpy as np
@@ -35,10 +35,15 @@ def humanoid(height_m: float = AUTHORED_HEIGHT_M, *, human_limits: bool = True) 
 
 def site_positions(body: Humanoid, q: NDArray[np.float64]) -> NDArray[np.float64]:
     """Canonical joints [m], shape (21, 3), of a configuration, by MuJoCo's own kinematics."""
-    data = mujoco.MjData(body.model)
+    data = _data(body.model)
     data.qpos[:] = q
     mujoco.mj_kinematics(body.model, data)
     return data.site_xpos[body.site_ids].copy()
+
+
+@lru_cache(maxsize=8)
+def _data(model: mujoco.MjModel) -> mujoco.MjData:
+    return mujoco.MjData(model)
 
 
 def random_q(body: Humanoid, rng: np.random.Generator, *, reach: float = 1.0) -> NDArray[np.float64]:
@@ -71,10 +76,16 @@ def arms_swinging(time_s: float) -> NDArray[np.float64]:
     body = humanoid()
     q = body.rest_qpos
     wave = np.sin(2 * np.pi * 0.5 * time_s + np.arange(len(body.rest_q)))
-    legs = np.array([any(p in body.model.joint(i + 1).name for p in ("Leg", "Foot", "Toe"))
-                     for i in range(len(body.rest_q))])  # fmt: skip
-    q[7:] = np.clip(body.rest_q + np.where(legs, 0.0, 0.4 * body.spread_rad) * wave, *body.range_rad.T)
+    q[7:] = np.clip(body.rest_q + np.where(_of_legs(), 0.0, 0.4 * body.spread_rad) * wave, *body.range_rad.T)
     return site_positions(body, q)
+
+
+@cache
+def _of_legs() -> NDArray[np.bool_]:
+    """Which hinges of the authored performer are of the legs."""
+    body = humanoid()
+    return np.array([any(p in body.model.joint(i + 1).name for p in ("Leg", "Foot", "Toe"))
+                     for i in range(len(body.rest_q))])  # fmt: skip
 
 
 def camera_at(angle_deg: float, *, distance_m: float = 3.5, height_m: float = 1.2) -> NDArray[np.float64]:
@@ -124,10 +135,11 @@ def recorded(
     rng = np.random.default_rng(seed)
     state = {name: rng.normal(size=(JOINT_COUNT, 3)) for name in calibration.cameras}
     for k in range(round(seconds * hz)):
+        time_s = start_s + k / hz
+        joints = joints_at(time_s)
         for name in calibration.cameras:
             state[name] = 0.8 * state[name] + 0.6 * rng.normal(size=(JOINT_COUNT, 3))
-            time_s = start_s + k / hz
-            yield camera_frame(calibration, name, time_s, joints_at(time_s) + noise_m * state[name])
+            yield camera_frame(calibration, name, time_s, joints + noise_m * state[name])
 
 
 def frame_set(

@@ -30,7 +30,7 @@ def incoming():
 
 
 class Sender:
-    """Calls `send(frame)` at each frame's time, from a thread, until closed; frames whose time is over are left out."""
+    """Calls `send(frame)` at each frame's time, from a thread, until closed; leaves out frames whose time is over."""
 
     def __init__(self, rate, first, every, send):
         self.began_ns = time.monotonic_ns()

@@ -13,8 +13,8 @@ _TRIES = 8
 _LOADED_ANEW = ("context was destroyed", "detached", "frame timed out")
 THEMES = ("dark", "light")
 
-# All rules of axe that are not experimental; what it finds, a line each: the rule, the element, what is wrong. Where a
-# dialog is open, nobody reaches the page behind it, which is tried without the dialog.
+# All rules of axe that are not experimental; what it finds, a line each: the rule, the element, what is wrong.
+# Where a dialog is open, nobody reaches the page behind it, which is tried without the dialog.
 _FIND = """async () => {
   const within = document.querySelector("dialog:modal") ?? document;
   const waits = { frameWaitTime: 60000, pingWaitTime: 5000 };

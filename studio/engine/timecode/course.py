@@ -20,8 +20,8 @@ _CONFIRMED = 3
 """Readings in a row that agree make a new run."""
 
 _DELAYED_S = 1.0
-"""Readings that a busy machine takes in late look as if timecode had gone back a little. Where it goes back by less, a
-new run needs readings that agree for so long."""
+"""Readings that a busy machine takes in late look as if timecode had gone back a little. Where it goes back by less,
+a new run needs readings that agree for so long."""
 
 _SMOOTH_S = 0.5
 """Readings this near to another are averaged with it: packets and MIDI come unevenly."""

@@ -19,7 +19,7 @@ from studio.engine.whole_take.mending.habit import Habit, habit
 from studio.engine.whole_take.mending.interval import erring, fading
 from studio.engine.whole_take.mending.middle import median_of
 from studio.engine.whole_take.mending.names import alike, by_names, exchanges, turned_back, turned_since
-from studio.engine.whole_take.mending.pinned import REACH_S, Pinned, pinned
+from studio.engine.whole_take.mending.pinned import REACH_S, PinnedJoint, pinned
 from studio.engine.whole_take.mending.shifts import shift_of
 from studio.engine.whole_take.mending.spread import spread
 from studio.engine.whole_take.mending.told import PinFinding, told_of, told_of_unseen
@@ -109,7 +109,7 @@ class _Wrong:
         lasts: where nothing is known of the joint, shape (count, camera_count).
     """
 
-    def __init__(self, about: Pinned) -> None:
+    def __init__(self, about: PinnedJoint) -> None:
         self._about = about
         shape = about.seen.tracks.shape[:3]
         self.places, self.gone = np.full((*shape, 3), np.nan), np.zeros(shape, dtype=bool)
@@ -199,13 +199,15 @@ class _Wrong:
         return guessed
 
 
-def _contradict(about: Pinned, at: slice) -> NDArray[np.bool_]:
+def _contradict(about: PinnedJoint, at: slice) -> NDArray[np.bool_]:
     """The cameras whose joint contradicts the pin at some instants, shape (camera_count,)."""
     off = np.linalg.norm(about.seen.tracks[at, :, about.joint] - about.place_m[at][:, None], axis=2)
     return np.fmax.reduce(off, axis=0, initial=0.0) > WRONG_M
 
 
-def _likeliest(about: Pinned, at: slice, errs: NDArray[np.bool_]) -> tuple[Erring, Around, NDArray[np.bool_]]:
+def _likeliest(
+    about: PinnedJoint, at: slice, errs: NDArray[np.bool_]
+) -> tuple[Erring, Around, NDArray[np.bool_]]:
     """The likeliest error of the cameras that contradict a pin, the cameras as it follows them, and where their names
     are then those of the other side, shape (count, camera_count)."""
     seen, turned = about.seen, turned_since(about.seen, at, errs)
@@ -249,7 +251,7 @@ def _leave_out_ends(gone: NDArray[np.bool_], found: Erring, errs: NDArray[np.boo
                 gone[row, :, list(found.joints)] |= by
 
 
-def _path(about: Pinned, lasts: NDArray[np.bool_]) -> Array:
+def _path(about: PinnedJoint, lasts: NDArray[np.bool_]) -> Array:
     """The path of a joint of which cameras say nothing while they err, shape (count, 3) [m]: smooth through the pins,
     about its parent where that is of its limb."""
     joint, seen, axes, origin = about.joint, about.seen, about.axes, about.origin_m

@@ -25,7 +25,7 @@ centimetres."""
 
 
 @dataclass(frozen=True)
-class Pinned:
+class PinnedJoint:
     """Pins of one joint that are near one another in time, and what cameras see around them.
 
     Attributes:
@@ -62,7 +62,7 @@ class Pinned:
 
 def pinned(
     frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], lifted_m: float
-) -> Pinned | None:
+) -> PinnedJoint | None:
     """Return pins of one joint with what cameras see around them; None where that tells nothing of the joint.
 
     Args:
@@ -92,7 +92,7 @@ def pinned(
         flags &= far < max(DRAWN, 1.0 + BEYOND_M / reach_m)  # from further off it says nothing about cameras
     if not flags.any():
         return None
-    return Pinned(pins, joint, seen, middle, flags, place, axes, origin, performer)
+    return PinnedJoint(pins, joint, seen, middle, flags, place, axes, origin, performer)
 
 
 def _run_about(flags: NDArray[np.bool_], at: int) -> tuple[int, int]:
