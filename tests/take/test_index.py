@@ -279,6 +279,25 @@ def test_what_was_just_changed_is_read_again(tmp_path: Path, recorded: list[Path
     assert takes.search(parse_query("again"))[1] == 1
 
 
+def test_a_take_that_goes_away_while_it_is_read_is_left_out(
+    tmp_path: Path, recorded: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("one", "two"):
+        shutil.copytree(recorded[0], tmp_path / "sessions" / "day" / name)
+    read = Take.all_performers
+
+    def moved_meanwhile(take: Take) -> list[str]:
+        if take.path.name == "one":
+            shutil.move(take.path, tmp_path / "elsewhere")
+            list((take.path / "solves").iterdir())  # as whoever had begun to list it
+        return read(take)
+
+    monkeypatch.setattr(Take, "all_performers", moved_meanwhile)
+    takes = TakeIndex(tmp_path / "sessions")
+    assert [info.name for info in takes.search()[0]] == ["two"]
+    assert not takes.search(parse_query("one"))[0]
+
+
 def test_an_index_that_cannot_be_written_lies_elsewhere(tmp_path: Path, recorded: list[Path]) -> None:
     shutil.copytree(recorded[0], tmp_path / "day" / "one")
     (tmp_path / FILE / "in the way").mkdir(parents=True)

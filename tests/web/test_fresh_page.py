@@ -2,6 +2,7 @@
 
 import io
 import json
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -167,6 +168,25 @@ def test_the_view_comes_back_with_a_server_that_was_killed(server: ServerProcess
         show_times("and moves after", time.monotonic() - began)
         eventually(page, lambda: "/cameras/camera_4" in nodes(page), "the new cameras are drawn")
         expect(page.locator("#cameras .health")).to_have_text(["Good"] * 2)
+
+
+@pytest.mark.viewing
+def test_a_server_that_is_busy_for_seconds_does_not_have_the_view_loaded_anew(
+    server: ServerProcess, page: Page
+) -> None:
+    page.goto(server.url)
+    expect(page.locator("#connection")).to_have_text("Connected")
+    until(page, "!!document.querySelector('#viewer').contentDocument.querySelector('canvas')")
+    expect(page.locator("#curtain")).to_be_hidden()
+    page.locator("#viewer").evaluate("frame => { frame.contentWindow.isTheFirst = true; }")
+    assert server.process is not None
+    server.process.send_signal(signal.SIGSTOP)
+    expect(page.locator("#curtain")).to_contain_text("Not live since")
+    page.wait_for_timeout(1500)  # longer than a view waits whose link has ended
+    server.process.send_signal(signal.SIGCONT)
+    expect(page.locator("#curtain")).to_be_hidden()
+    page.wait_for_timeout(1500)
+    assert page.locator("#viewer").evaluate("frame => frame.contentWindow.isTheFirst === true")
 
 
 @pytest.mark.viewing

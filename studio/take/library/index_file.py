@@ -155,20 +155,22 @@ def remove_index(file: Path) -> None:
 
 
 def _keep(db: sqlite3.Connection, takes: Iterable[tuple[str, str, str, int, Path]]) -> None:
-    """Read takes and put them into the index.
+    """Read takes and put them into the index, but for those that go away meanwhile.
 
     Each is its id, folders of solves, stamp, whether that will do from now on, and folder.
     """
     rows, figures = [], []
     for id_, names, stamp, settled, path in takes:
-        info = take_info(path)
+        try:
+            info = take_info(path)
+            measured = [found for solve in info.solves for found in measured_figures(path / "solves" / solve)]
+        except FileNotFoundError:
+            continue  # moved to the trash, or renamed: the next answer sees where it is
         told = json.dumps(
             {name: getattr(info, name) for name in FIELDS} | {SAID: codes_of([info.problem or ""])}
         )
         rows.append((id_, names, stamp, settled, told, *row_of(info)))
-        for solve in info.solves:
-            found = measured_figures(path / "solves" / solve)
-            figures.extend((id_, figure, value) for figure, value in found)
+        figures.extend((id_, figure, value) for figure, value in measured)
     if not rows:
         return
     with db:

@@ -5,7 +5,8 @@ import { hear } from "./said.js";
 /** A status that is older says nothing of now [ms]. */
 export const FRESH_MS = 2000;
 
-const DEAD_MS = 6000; // a link that has said nothing for so long is given up for a new one
+/** A link that has said nothing for so long is given up for a new one [ms]. */
+export const DEAD_MS = 6000;
 const FIRST_RETRY_MS = 500;
 const LAST_RETRY_MS = 1000; // a server that comes back is found again at once, and its view within 3 s
 

@@ -1,7 +1,7 @@
 // What a page shows once it no longer knows: of a status that is too old only what does not change by itself, and how old
 // the picture of the 3D view is. The age of the status itself is known to `events.js`.
 import { byId } from "./dom.js";
-import { FRESH_MS } from "./events.js";
+import { DEAD_MS, FRESH_MS } from "./events.js";
 
 const LOADING_MS = 15_000; // a view that is being loaded has no picture yet
 const SETTLED_MS = 500; // when a server ends, its links end one after the other
@@ -26,11 +26,12 @@ export const timeOfDay = (language, ago = 0) => new Date(Date.now() - ago).toLoc
 
 /**
  * Watch the picture of the 3D view, which says twice a second that it is of now; `onChange` hears when it no longer is
- * (`performance.now()` of the last time) or is again (null). A view that is silent while the server is `reachable()` is
- * loaded anew: what is left of its own scene when its link ends does not take in another server's.
+ * (`performance.now()` of the last time) or is again (null). A view whose link has ended, or that is silent for long, is
+ * loaded anew once the server is `reachable()`: what is left of its own scene does not take in another server's. One that
+ * is late for a moment, on a busy machine, stays: loading it would take longer, and clicks in it would be lost.
  */
 export function watchPicture(onChange, reachable) {
-  let heard = performance.now() + LOADING_MS - FRESH_MS, loaded = -Infinity, staleFrom = null;
+  let heard = performance.now() + LOADING_MS - FRESH_MS, loaded = -Infinity, staleFrom = null, ended = false;
   const check = () => {
     const now = performance.now(), old = now - heard > FRESH_MS;
     if (old !== (staleFrom !== null)) {
@@ -38,15 +39,15 @@ export function watchPicture(onChange, reachable) {
       onChange(old ? heard : null);
     }
     if (!reachable()) loaded = -Infinity;
-    else if (old && now - staleFrom > SETTLED_MS && now - loaded > LOADING_MS) {
+    else if (old && (ended ? now - staleFrom > SETTLED_MS : now - heard > DEAD_MS) && now - loaded > LOADING_MS) {
       loaded = now;
       byId("viewer").src = byId("viewer").src;
     }
   };
   window.addEventListener("message", ({ origin, data }) => {
     if (origin !== location.origin) return;
-    if (data?.type === "beat") heard = performance.now();
-    else if (data?.type === "closed") heard = Math.min(heard, performance.now() - FRESH_MS - 1);
+    if (data?.type === "beat") [heard, ended] = [performance.now(), false];
+    else if (data?.type === "closed") [heard, ended] = [Math.min(heard, performance.now() - FRESH_MS - 1), true];
     else return;
     check();
   });

@@ -6,7 +6,6 @@ import { listenInside } from "./viewer.js";
 import { lookNow } from "./viewpoint.js";
 
 const STILL_PX = 5; // a pointer that moves further turns the view
-const SHORT_MS = 500;
 const REACH_PX = 26, REACH_M = 0.12; // so near to a joint a click is meant for it
 const BEHIND_PX = 10; // joints that are not first ones, such as fingers, count as so much further away
 const SHOWN_MS = 1500;
@@ -14,6 +13,7 @@ const SHOWN_MS = 1500;
 const name = h("p", { id: "joint-name", class: "joint-name", role: "status", hidden: true });
 let down = null;
 let timer = 0;
+let before = Promise.resolve(); // clicks are answered in their order
 
 /** The joint nearest to a place in the view [px], and where it is; undefined where none is near. */
 function nearestJoint(places, first, [x, y], look) {
@@ -36,21 +36,23 @@ function show({ joint, px: [x, y] }) {
   timer = setTimeout(() => { name.hidden = true; }, SHOWN_MS);
 }
 
-const isClick = (from, to) => from && to.button === 0 && to.timeStamp - from.time < SHORT_MS && Math.hypot(to.clientX - from.x, to.clientY - from.y) < STILL_PX;
+const isClick = (from, to) => from && to.button === 0 && Math.hypot(to.clientX - from.x, to.clientY - from.y) < STILL_PX;
 
 /** Begin: `frameNow` says which frame is shown, or null; `first` are the joints that are meant first; `chosen` hears of a joint,
  * and whether Shift was held. */
 export function startJointClicks(frameNow, first, chosen) {
   byId("viewer").after(name);
-  listenInside("pointerdown", ({ button, clientX: x, clientY: y, timeStamp: time }) => { down = button === 0 ? { x, y, time } : null; });
-  listenInside("pointerup", async (event) => {
+  listenInside("pointerdown", ({ button, clientX: x, clientY: y }) => { down = button === 0 ? { x, y } : null; });
+  listenInside("pointerup", (event) => {
     const frame = frameNow(), look = lookNow();
     if (frame === null || !look || !isClick(down, event)) return;
     const { clientX, clientY, shiftKey } = event;
-    const { positions_m: places } = await getReplayJoints(frame).catch(() => ({ positions_m: {} })); // closed by now
-    const found = nearestJoint(places, first, [clientX, clientY], look);
-    if (!found) return;
-    show(found);
-    chosen(found.joint, shiftKey);
+    const asked = getReplayJoints(frame).catch(() => ({ positions_m: {} })); // closed by now
+    before = before.then(() => asked).then(({ positions_m: places }) => {
+      const found = nearestJoint(places, first, [clientX, clientY], look);
+      if (!found) return;
+      show(found);
+      chosen(found.joint, shiftKey);
+    });
   });
 }
