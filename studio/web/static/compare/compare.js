@@ -131,6 +131,10 @@ function ask() {
   state.wantedKey = key;
   clearTimeout(state.timer);
   state.timer = setTimeout(async () => {
+    if (key !== keyNow()) { // the replay was closed meanwhile
+      state.wantedKey = "";
+      return;
+    }
     const { lined_up: line_up = false, ...b } = ghost;
     try {
       const found = await compareMotions({ a: sideOf(replayed()), b, line_up, offset_ms: offset });
