@@ -14,11 +14,9 @@ _LOADED_ANEW = ("context was destroyed", "detached", "frame timed out")
 THEMES = ("dark", "light")
 
 # All rules of axe that are not experimental; what it finds, a line each: the rule, the element, what is wrong.
-# Where a dialog is open, nobody reaches the page behind it, which is tried without the dialog.
 _FIND = """async () => {
-  const within = document.querySelector("dialog:modal") ?? document;
   const waits = { frameWaitTime: 60000, pingWaitTime: 5000 };
-  const { violations } = await axe.run(within, { resultTypes: ["violations"], ...waits });
+  const { violations } = await axe.run(document, { resultTypes: ["violations"], ...waits });
   const why = ({ any, all, none }) => [...any, ...all, ...none].map(({ message }) => message).join("; ");
   return violations.flatMap(({ id, impact, nodes }) => nodes.map((node) =>
     `${id} (${impact}) ${node.target.flat(9).join(" ")} ${why(node).slice(0, 200)} ${node.html.slice(0, 160)}`));

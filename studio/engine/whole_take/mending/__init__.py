@@ -11,7 +11,7 @@ interval.py  from when to when cameras contradict a pin, and by how much
 spread.py    the path of a joint while nothing is known of it but pins
 habit.py     where a joint usually is when the rest of its limb does the same
 changed.py   frames with joints put elsewhere, or left out
-pinned.py    what pins of one joint say of an instant, and what cameras see around them
+pinned.py    what pins of one joint say, and what cameras see around them
 told.py      what pins found, as a solve tells it
 frames.py    all frames as edits leave them
 """

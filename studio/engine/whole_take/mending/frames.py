@@ -127,10 +127,11 @@ class _Wrong:
         if not found.is_seen:
             found, share = fading(about.seen.tracks[:, errs], about.joint, at, about.place_m)
         of_all = _in_all_cameras(named, about.joint, errs, turned, found)
+        put, left = np.full_like(self.places, np.nan), np.zeros_like(self.gone)
         if found.follows:
-            put, left = self._shifted(found, share, named, of_all)
+            self._shift_back(put, found, share, named, of_all)
         else:
-            put, left = self._left_out(found, of_all, turned[found.rows])
+            self._leave_out(left, found, of_all, turned[found.rows])
         if share is None:
             _leave_out_ends(left, found, of_all, at)
         put, left = turned_back(put, turned), turned_back(left, turned)
@@ -138,51 +139,49 @@ class _Wrong:
         self.places, self.gone = np.where(np.isfinite(put), put, self.places), self.gone | left
         return told_of(about.seen, about.pins, at, found, of_all, turned, fades=share is not None)
 
-    def _shifted(
-        self, found: Erring, share: Array | None, named: Around, of_all: NDArray[np.bool_]
-    ) -> tuple[Array, NDArray[np.bool_]]:
-        """Places of joints that were shifted by an error, and which joints are left out, as `places` and `gone`."""
-        rows = np.arange(found.rows.start, found.rows.stop)
+    def _shift_back(
+        self, put: Array, found: Erring, share: Array | None, named: Around, of_all: NDArray[np.bool_]
+    ) -> None:
+        """Put joints that were shifted by an error where they are without it, in place."""
         axes = self._about.axes
         own = axes if found.in_body else np.broadcast_to(np.eye(3), axes.shape)
         if share is None:
             shift = shift_of(found, named.tracks, named.noise, of_all, own, self._about.performer)
-            shifts = np.broadcast_to(shift, (len(rows), 3))
+            shifts = np.broadcast_to(shift, (len(of_all), 3))
         else:
             shifts = share[:, None] * found.shift_m
-        shifted = np.einsum("tab,tb->ta", own[rows], shifts)[:, None]
-        put = np.full_like(self.places, np.nan)
+        shifted = np.einsum("tab,tb->ta", own[found.rows], shifts)[:, None]
         for other in found.joints:
-            moved = named.tracks[rows, :, other] - shifted
-            put[rows, :, other] = np.where(of_all[..., None], moved, np.nan)
-        return put, np.zeros_like(self.gone)
+            moved = named.tracks[found.rows, :, other] - shifted
+            put[found.rows, :, other] = np.where(of_all[..., None], moved, np.nan)
 
-    def _left_out(
-        self, found: Erring, of_all: NDArray[np.bool_], turned: NDArray[np.bool_]
-    ) -> tuple[Array, NDArray[np.bool_]]:
-        """Places, which are none, and the joints that are left out where what is seen of them says nothing.
+    def _leave_out(
+        self,
+        left: NDArray[np.bool_],
+        found: Erring,
+        of_all: NDArray[np.bool_],
+        turned: NDArray[np.bool_],
+    ) -> None:
+        """Leave out joints of which nothing is known, in place.
 
         `turned`: where cameras' names are those of the other side, of the error's instants.
         """
-        rows, left = np.arange(found.rows.start, found.rows.stop), np.zeros_like(self.gone)
-        self.lasts[rows] |= of_all & ~turned
-        left[rows, :, self._about.joint] |= of_all & turned
+        self.lasts[found.rows] |= of_all & ~turned
+        left[found.rows, :, self._about.joint] |= of_all & turned
         for other in found.joints[1:]:
-            left[rows, :, other] |= of_all
-        return np.full_like(self.places, np.nan), left
+            left[found.rows, :, other] |= of_all
 
     def _leave_out_between(self, left: NDArray[np.bool_], found: Erring, between: NDArray[np.bool_]) -> None:
         """Leave out, in place, what may be of either side where a camera exchanges left and right.
 
         `between`: there, of the error's instants, shape (row_count, camera_count).
         """
-        rows = np.arange(found.rows.start, found.rows.stop)
         for other in found.joints:
-            left[rows, :, MIRROR[other]] |= between
+            left[found.rows, :, MIRROR[other]] |= between
             if found.follows or other != self._about.joint:
-                left[rows, :, other] |= between
+                left[found.rows, :, other] |= between
         if not found.follows:
-            self.lasts[rows] |= between
+            self.lasts[found.rows] |= between
 
     def guess(self, unseen: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Put the joint on a path through the pins where nothing tells of it; return where, as `gone`.

@@ -1,4 +1,4 @@
-"""What pins of one joint say of an instant, and what the cameras around them see."""
+"""What pins of one joint say, and what the cameras around them see."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

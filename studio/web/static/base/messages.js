@@ -107,11 +107,12 @@ export const showNote = (text) => show(text, "note");
 /** Show a note of an act that can be taken back; see `keepUndo`. */
 export const showUndo = (text, kind, ...args) => show(text, "note", keepUndo(text, kind, ...args));
 
-/** Run an action; show what it throws, what was cancelled as a note. Returns its result, or undefined where it failed. */
-export async function attempt(action) {
+/** Run an action; show what it throws, what was cancelled as a note, while `isWanted`. Returns its result, or undefined where it failed. */
+export async function attempt(action, isWanted = () => true) {
   try {
     return await action();
   } catch (error) {
+    if (!isWanted()) return undefined;
     if (error.name === "AbortError") showNote(error.message);
     else showError(error.message);
     return undefined;

@@ -2,7 +2,7 @@
 // that is shown, or says that this picture has not come yet.
 import { byId, h, redraw, setText } from "../base/dom.js";
 import { getVideo, getVideoDrawn, getVideos, videoPicture } from "../base/api.js";
-import { attempt, showError } from "../base/messages.js";
+import { attempt } from "../base/messages.js";
 import { hear, said } from "../base/said.js";
 import { t } from "../base/strings.js";
 import { colourOf, drawPicture } from "./drawing.js";
@@ -61,19 +61,9 @@ export function followVideo(replay) {
   showHead();
 }
 
-/** What the server answers; undefined where it refused, which is told unless something else is wanted by then. */
-async function answered(wanted, ask) {
-  try {
-    return await ask();
-  } catch (error) {
-    if (state.wanted === wanted) showError(error.message);
-    return undefined;
-  }
-}
-
 async function load(wanted) {
   state.wanted = wanted;
-  const list = await answered(wanted, getVideos);
+  const list = await attempt(getVideos, () => state.wanted === wanted);
   if (!list || state.wanted !== wanted || list.take !== state.replay.take) return;
   state.list = list;
   const names = list.cameras.map(({ name }) => name);
@@ -89,7 +79,7 @@ async function loadCamera(wanted) {
   showHead();
   repaintVideo();
   if (why) return;
-  const video = await answered(wanted, () => getVideo(camera));
+  const video = await attempt(() => getVideo(camera), () => state.wanted === wanted);
   if (!video || state.wanted !== wanted || state.camera !== camera) return;
   state.video = video;
   state.places = new Map(video.order.map((number, place) => [number, place]));

@@ -48,11 +48,13 @@ export function startJointClicks(frameNow, first, chosen) {
     if (frame === null || !look || !isClick(down, event)) return;
     const { clientX, clientY, shiftKey } = event;
     const asked = getReplayJoints(frame).catch(() => ({ positions_m: {} })); // closed by now
-    before = before.then(() => asked).then(({ positions_m: places }) => {
+    const answer = async () => {
+      const { positions_m: places } = await asked;
       const found = nearestJoint(places, first, [clientX, clientY], look);
       if (!found) return;
       show(found);
       chosen(found.joint, shiftKey);
-    });
+    };
+    before = before.then(answer, answer); // also after one that failed
   });
 }
