@@ -139,6 +139,7 @@ def create_app(
     choose_stored(sessions, stage.timecode)
     stage.bodies.start()
     finder = Finder(stage, sessions)
+    app.add_exception_handler(FileNotFoundError, finder.gone)
     add_routes(app, rigid_bodies_router(stage, sessions, finder.by_id))
     app.state.triggers = make_triggers(stage, sessions, jobs)
     add_routes(app, triggers_router(app.state.triggers))

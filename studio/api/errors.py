@@ -95,7 +95,8 @@ def error_response(status: int, code: str, message: str) -> JSONResponse:
     return JSONResponse({"error": error}, status)
 
 
-async def _studio_error(_: Request, error: Exception) -> JSONResponse:
+async def studio_error(_: Request, error: Exception) -> JSONResponse:
+    """Answer a request that failed with a `StudioError`."""
     assert isinstance(error, StudioError)
     status, code = next((s, c) for kind, s, c in KINDS if isinstance(error, kind))
     return error_response(status, code, error.sentence)
@@ -125,7 +126,7 @@ async def _internal(request: Request, error: Exception) -> JSONResponse:
 
 def add_error_handlers(app: FastAPI) -> None:
     """Make the app answer every failure in the one shape."""
-    app.add_exception_handler(StudioError, _studio_error)
+    app.add_exception_handler(StudioError, studio_error)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(Exception, _internal)

@@ -3,21 +3,27 @@
 Browsers of phones get the models too that find bodies in pictures.
 """
 
+import hashlib
 import secrets
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from anyio import to_thread
 from fastapi import APIRouter, FastAPI, HTTPException, Request
 from fastapi.responses import HTMLResponse, Response
 from fastapi.staticfiles import StaticFiles
 from fastapi.templating import Jinja2Templates
+from starlette.datastructures import Headers
+from starlette.staticfiles import NotModifiedResponse
 from starlette.types import Scope
 
 from studio.api.add_routes import add_routes
 from studio.engine.seeing.pictures.bundle import MODELS
+from studio.web.program import is_vendor, program_of
 
 _HERE = Path(__file__).parent
+STATIC = _HERE / "static"
 _POLICY = (
     "default-src 'self'; connect-src 'self' ws: wss:; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
     "frame-ancestors 'self'"
@@ -36,9 +42,36 @@ class _FreshFiles(StaticFiles):
     def file_response(self, *args, **kwargs):
         response = super().file_response(*args, **kwargs)
         response.headers["Cache-Control"] = "no-cache"
-        if Path(kwargs.get("full_path") or args[0]).parent.name == "phone":
+        return response
+
+
+class _PageFiles(_FreshFiles):
+    """The files of the pages; a module that is asked for with `?bundle` comes as the program that begins with it."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        response = await super().get_response(path, scope)
+        asked = scope["query_string"].split(b"=")[0]
+        name = path.replace("\\", "/")
+        if asked in (b"bundle", b"map") and name.endswith(".js") and not is_vendor(name):
+            program = await to_thread.run_sync(program_of, STATIC, name)
+            content, kind = (
+                (program.text, "javascript") if asked == b"bundle" else (program.source_map, "json")
+            )
+            response = self._fresh(content, f"text/{kind}", Headers(scope=scope))
+        if name.startswith("phone/"):
             response.headers["Content-Security-Policy"] = _PHONE_POLICY
         return response
+
+    def _fresh(self, content: str, media_type: str, asked: Headers) -> Response:
+        tag = hashlib.sha256(content.encode()).hexdigest()
+        response = Response(
+            content, media_type=media_type, headers={"ETag": f'"{tag}"', "Cache-Control": "no-cache"}
+        )
+        return (
+            NotModifiedResponse(response.headers)
+            if self.is_not_modified(response.headers, asked)
+            else response
+        )
 
 
 class _Models(_FreshFiles):
@@ -98,4 +131,4 @@ def add_page(app: FastAPI, *, sessions: Path) -> None:
 
     add_routes(app, router)
     app.mount("/models", _Models(directory=MODELS), name="models")
-    app.mount("/static", _FreshFiles(directory=_HERE / "static"), name="static")
+    app.mount("/static", _PageFiles(directory=STATIC), name="static")

@@ -1,5 +1,7 @@
 """Routes that look after takes and measure solves."""
 
+import shutil
+
 import pytest
 
 from studio.engine.model.poses import Poses
@@ -30,6 +32,15 @@ def test_the_trash(recorded):
     recorded.http.delete("/takes/tests/one").raise_for_status()
     assert recorded.http.delete("/trash").json() == {"deleted": 1}
     assert recorded.http.get("/trash").json() == []
+
+
+def test_a_take_that_goes_to_the_trash_while_it_is_asked_for_is_not_there(recorded, monkeypatch):
+    def meanwhile(take: Take) -> list[str]:
+        shutil.rmtree(take.path)
+        raise FileNotFoundError(take.path)  # as a search for files does whose folder vanishes
+
+    monkeypatch.setattr(Take, "solve_names", meanwhile)
+    assert_error(recorded.http.get("/takes/tests/one"), 404, "not_found", "take.none")
 
 
 def test_a_solve_goes_to_the_trash_and_back(recorded):

@@ -69,7 +69,7 @@ def test_a_page_waits_for_its_own_words_and_program(empty: str, page: Page) -> N
     the_browser_never_sends_the_sign_in_by_itself(empty, page)
     page.add_init_script("localStorage.setItem('language', 'fr')")
     held: list[Route] = []
-    page.route("**/static/base/strings.js*", lambda route: held.append(route))
+    page.route("**/static/stage/main.js*", lambda route: held.append(route))
     page.goto(empty, wait_until="commit")
     until(lambda: page.evaluate("document.querySelector('h1') !== null") and len(held) > 0)
     expect(page.locator("h1")).to_be_hidden()

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, WebSocketRoute, expect
+from playwright.sync_api import APIResponse, Page, Route, WebSocketRoute, expect
 
 from studio.engine.base.sentences import codes_of, say
 from studio.engine.calibration.quality.verdict import Facts, verdict
@@ -220,9 +220,13 @@ def test_the_remote_control_says_the_same_and_records(tmp_path: Path, page: Page
             expect(page.locator("#big")).to_have_text("Recording")
             expect(page.locator("#record")).to_contain_text("Stop")
             assert stage.recording_name() is not None
+            answers: list[tuple[Route, APIResponse]] = []
+            page.route("**/record/stop", lambda route: answers.append((route, route.fetch())))
             page.locator("#record").click()
             expect(page.locator("#record")).to_have_text("Record")
             until(lambda: stage.recording_name() is None)
+            expect(page.locator("#calibrate")).to_be_disabled()  # a click before the answer would be lost
+            answers[0][0].fulfill(response=answers[0][1])
             page.locator("#calibrate").click()
             expect(page.locator("#big")).to_have_text("Hold a T-pose")
             expect(page.locator("#calibrate")).to_have_text("Enough")

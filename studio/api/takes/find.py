@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+from fastapi import Request
+from fastapi.responses import JSONResponse
 from msgspec import Struct
 
-from studio.api.errors import NotFoundError
-from studio.engine.base.errors import SettingsError, TakeError
+from studio.api.errors import NotFoundError, studio_error
+from studio.engine.base.errors import SettingsError, StudioError, TakeError
 from studio.engine.base.value_sentences import bad_setting
 from studio.live import LiveStage
 from studio.take.folder.take import POSES, Take
@@ -104,6 +106,16 @@ class Finder:
                 others=[*take.solve_names()],
             )
         return take.performer_folder(name, performer) / POSES
+
+    async def gone(self, request: Request, error: Exception) -> JSONResponse:
+        """Answer a request whose files vanished: where its take went to the trash meanwhile, there is none."""
+        asked = request.path_params
+        if "session" in asked and "take" in asked:
+            try:
+                self.path(asked["session"], asked["take"])
+            except StudioError as none:
+                return await studio_error(request, none)
+        raise error
 
     @staticmethod
     def line(info: TakeInfo) -> ListedTake:

@@ -42,7 +42,7 @@ function row(camera) {
     await attempt(updateAccess);
   };
   return h("li", { class: "solve-row" },
-    h("span", { class: "name", title: t("access.since", { date: new Date(camera.created).toLocaleString(language) }) }, camera.label),
+    h("span", { class: "name", title: t("access.since", { date: new Date(camera.created).toLocaleString(language()) }) }, camera.label),
     h("button", {
       class: "small", type: "button", onclick: revoke, title: t("access.revoke_hint"),
       aria: { label: t("access.revoke_label", { name: camera.label }) },

@@ -18,7 +18,7 @@ function changeTheme() {
 /** Fill in and connect the controls of the top bar. */
 export function startFrame() {
   byId("language").append(...Object.entries(LANGUAGES).map(([code, name]) =>
-    h("option", { value: code, selected: code === language, title: name, lang: code }, code.toUpperCase())));
+    h("option", { value: code, selected: code === language(), title: name, lang: code }, code.toUpperCase())));
   byId("language").addEventListener("change", (event) => chooseLanguage(event.currentTarget.value));
   byId("theme").addEventListener("click", changeTheme);
   new MutationObserver(showTheme).observe(document.documentElement, { attributeFilter: ["data-theme"] });

@@ -45,7 +45,7 @@ function worded(value, format) {
   if (typeof value === "object") return translated(value);
   if (typeof value !== "number") return value;
   const [, sign, digits] = /^(\+?)\.(\d)f$/.exec(format) ?? [];
-  const shown = digits ? number(value, Number(digits)) : value.toLocaleString(language, { maximumFractionDigits: 9, useGrouping: false });
+  const shown = digits ? number(value, Number(digits)) : value.toLocaleString(language(), { maximumFractionDigits: 9, useGrouping: false });
   return sign && value >= 0 ? `+${shown}` : shown;
 }
 
@@ -55,6 +55,6 @@ const translated = ({ text, code, values }) =>
 /** Return in the language of the page what the server says. */
 export function said(text) {
   if (!text) return text;
-  const sentence = language === "en" ? undefined : sentences.get(text);
+  const sentence = language() === "en" ? undefined : sentences.get(text);
   return remember(sentence ? unbroken(translated(sentence)) : text, () => said(text), true);
 }

@@ -46,12 +46,11 @@ function chosen() {
 }
 
 /** The language of the interface: "en" or "fr". */
-export let language = "en";
+export const language = () => document.documentElement.lang;
 let column = 0;
 let rules = null;
 
 function use(code) {
-  language = code;
   column = Object.keys(LANGUAGES).indexOf(code);
   rules = new Intl.PluralRules(code);
   document.documentElement.lang = code;
@@ -66,7 +65,7 @@ export function chooseLanguage(wanted) {
 }
 
 /** Return a text whose spaces before two-part marks do not break a line, as French has them. */
-export const unbroken = (text) => (language === "fr" ? text.replace(/ ([?!:;»%])/g, "\u00a0$1").replace(/« /g, "«\u00a0") : text);
+export const unbroken = (text) => (language() === "fr" ? text.replace(/ ([?!:;»%])/g, "\u00a0$1").replace(/« /g, "«\u00a0") : text);
 
 /** Return the words of a key with its values filled in. */
 export function t(key, values = {}) {
@@ -96,7 +95,7 @@ export const serverText = (key, said) => remember(hasText(key) ? t(key) : said, 
 
 /** Return a number as the language writes it, with so many digits after the point. */
 export const number = (value, digits = 0) => remember(
-  value.toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits, signDisplay: "negative" }), () => number(value, digits), true);
+  value.toLocaleString(language(), { minimumFractionDigits: digits, maximumFractionDigits: digits, signDisplay: "negative" }), () => number(value, digits), true);
 
 /** Fill in the words of elements with `data-t` (text), `data-t-title`, `data-t-aria`, `data-t-placeholder`, `data-t-alt`. */
 export function translate(root) {

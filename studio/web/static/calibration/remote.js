@@ -15,17 +15,21 @@ import { number, t } from "../base/strings.js";
 const TICK_MS = 100;
 const state = { step: "cameras", status: null, heardAt: 0, colours: {}, people: [], busy: false, second: null };
 
-/** Do what a button says; what is refused is said in its place. */
+/** Do what a button says, while no button can be pressed; what is refused is said in its place. */
 async function act(action) {
-  if (state.busy) return;
-  state.busy = true;
+  setBusy(true);
   setText(byId("messages"), "");
   try {
     await action();
   } catch (error) {
     setText(byId("messages"), error.message);
   }
-  state.busy = false;
+  setBusy(false);
+}
+
+function setBusy(busy) {
+  state.busy = busy;
+  if (state.status) show();
 }
 
 const calibration = () => state.status.calibration;
@@ -41,7 +45,7 @@ const ACTIONS = {
 function setButton(id, words, { enabled, lit = false }) {
   const button = byId(id);
   setText(button, words);
-  button.disabled = !enabled;
+  button.disabled = state.busy || !enabled;
   button.classList.toggle("lit", lit);
 }
 

@@ -125,7 +125,7 @@ export class ReferenceSection {
     this.report = { share: null };
     this.changed();
     const made = await attempt(async () => {
-      const job = await makeReport(take, chosen, language);
+      const job = await makeReport(take, chosen, language());
       return ended(job, (share) => { this.report = { share }; this.changed(); });
     });
     this.report = made ? { address: reportAddress(take, made.name) } : null;

@@ -1,7 +1,8 @@
 // The edits on the timeline: bars that are moved, stretched at their ends, and removed; instants are marks.
 import { canOperate } from "../base/role.js";
 import { t } from "../base/strings.js";
-import { add, change, editList, remove } from "./list.js";
+import { add, change, remove } from "./list.js";
+import { editList } from "./state.js";
 import { secondsOf, stageOf } from "./time.js";
 import { wordsOf } from "./words.js";
 

@@ -3,17 +3,14 @@ import { addEdit, changeEdit, getEdits, getTakeDetail, previewEdits, redoEdits, 
 import { attempt, keepUndo, showNote, undoing } from "../base/messages.js";
 import { hear } from "../base/said.js";
 import { t } from "../base/strings.js";
+import { UNKNOWN, editList } from "./state.js";
 import { wordsOf } from "./words.js";
 
 const NOT_SOLVED_AGAIN = ["", "live", "as-live", "imported", "spliced"]; // these stay as they are: another solve gets the edits
 const INSTEAD = "studio";
-const UNKNOWN = { revision: -1, edits: [], can_undo: false, can_redo: false, says: "" };
-const state = { take: "", stamp: null, solve: "", ...UNKNOWN, cameras: [], solved: null, changed: () => {}, replay: { open: false }, sending: 0 };
+const state = editList();
 
 const named = (takeId) => ({ session: takeId.slice(0, takeId.indexOf("/")), name: takeId.slice(takeId.indexOf("/") + 1) });
-
-/** The list: `revision`, `edits`, `can_undo`, `can_redo`, `says`; the take's `cameras`; `solved`, what the replayed solve says of its edits. */
-export const editList = () => state;
 
 /** Whether the replayed solve has the edits as they are. */
 export const isSolved = () => (state.solved?.edits_revision ?? (state.edits.length ? -1 : state.revision)) === state.revision;

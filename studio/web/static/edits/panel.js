@@ -3,11 +3,12 @@ import { byId, clock, h, redraw } from "../base/dom.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
 import { rangeForm, showRange } from "./form.js";
-import { change, editList, isSolved, makeAgain, remove, solveAgain, split, startEditList, takeBack, useEdits } from "./list.js";
+import { change, isSolved, makeAgain, remove, solveAgain, split, startEditList, takeBack, useEdits } from "./list.js";
 import { offerList, offersKey, startOffers } from "./offers.js";
 import { startPicturePins } from "./picture_pin.js";
 import { drawPins } from "./pins.js";
 import { checkPin, leavePin, pinned, startPinning } from "./pinning.js";
+import { editList } from "./state.js";
 import { secondsOf, stageOf } from "./time.js";
 import { foundBy, wordsOf } from "./words.js";
 

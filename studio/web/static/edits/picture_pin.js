@@ -6,8 +6,9 @@ import { canOperate } from "../base/role.js";
 import { t } from "../base/strings.js";
 import { drawDragged, pointOf } from "../video/drawing.js";
 import { repaintVideo, shownPicture } from "../video/pane.js";
-import { add, change, editList } from "./list.js";
+import { add, change } from "./list.js";
 import { RADIUS_M } from "./pinning.js";
+import { editList } from "./state.js";
 import { CANONICAL } from "./words.js";
 
 const GRAB_PX = 14, MOVED_PX = 3;

@@ -2,7 +2,7 @@
 import { showPins } from "../base/api.js";
 import { attempt } from "../base/messages.js";
 import { canOperate } from "../base/role.js";
-import { editList } from "./list.js";
+import { editList } from "./state.js";
 
 const state = { key: "" };
 

@@ -1,5 +1,5 @@
 // The stage time of the replayed solve's frames, and back: another than the solve's own time where its edits retime parts.
-import { editList } from "./list.js";
+import { editList } from "./state.js";
 
 const STEP_S = 0.005;
 const kept = { key: "", stage: [], solve: [] };

@@ -83,8 +83,8 @@ function showSlate(take) {
   const now = new Date();
   slate.replaceChildren(
     h("strong", {}, take),
-    h("span", {}, now.toLocaleDateString(language, { day: "numeric", month: "long", year: "numeric" })),
-    h("span", {}, now.toLocaleTimeString(language)),
+    h("span", {}, now.toLocaleDateString(language(), { day: "numeric", month: "long", year: "numeric" })),
+    h("span", {}, now.toLocaleTimeString(language())),
     ...(timecodeNow() ? [h("span", { class: "slate-timecode" }, timecodeNow())] : []));
   slate.hidden = false;
   setTimeout(() => { slate.hidden = true; }, SLATE_MS);

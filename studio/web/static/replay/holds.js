@@ -2,7 +2,7 @@
 import { language, t } from "../base/strings.js";
 
 /** Seconds with one decimal, as the language writes them. */
-export const tenths = (seconds) => seconds.toLocaleString(language, { minimumFractionDigits: 1, maximumFractionDigits: 1 });
+export const tenths = (seconds) => seconds.toLocaleString(language(), { minimumFractionDigits: 1, maximumFractionDigits: 1 });
 
 /** Return the words of `holds` of the replay: skeletons and depth by camera, and whether the cameras have places. */
 export function holdsWords({ skeletons, depth, calibrated }) {

@@ -77,7 +77,7 @@ function showConnection(connection) {
 function showAge() {
   const gone = document.body.dataset.connection === "gone";
   const from = gone ? state.heardAt || performance.now() : state.pictureFrom;
-  setStale(from === null ? "" : t(gone ? "stale.server" : "stale.picture", { time: timeOfDay(language, performance.now() - from) }));
+  setStale(from === null ? "" : t(gone ? "stale.server" : "stale.picture", { time: timeOfDay(language(), performance.now() - from) }));
 }
 
 /** Ask for everything that the events do not carry. */

@@ -10,7 +10,7 @@ const state = { take: null, solve: "", share: null };
 
 const fileOf = (share) => `api/v1/shares/${share.id}/file`;
 const sizeOf = (share) => t("share.mb", { mb: number(share.size_bytes / 1e6, share.size_bytes < 1e7 ? 1 : 0) });
-const dayOf = (share) => new Date(share.created).toLocaleString(language, { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
+const dayOf = (share) => new Date(share.created).toLocaleString(language(), { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
 
 function dialog() {
   if (!byId("share-dialog")) {

@@ -27,8 +27,8 @@ function when(iso) {
   const date = new Date(iso);
   if (Number.isNaN(date.getTime())) return "";
   const today = new Date().toDateString() === date.toDateString();
-  const time = date.toLocaleTimeString(language, { hour: "2-digit", minute: "2-digit" });
-  return today ? time : `${date.toLocaleDateString(language, { day: "numeric", month: "short" })} ${time}`;
+  const time = date.toLocaleTimeString(language(), { hour: "2-digit", minute: "2-digit" });
+  return today ? time : `${date.toLocaleDateString(language(), { day: "numeric", month: "short" })} ${time}`;
 }
 
 function small(text, label, onclick, title = label, props = {}) {

@@ -111,7 +111,7 @@ function rowOf(take, shown) {
   const own = shown.startsWith(`${take.id}|`) ? shown : "";
   const [job, failed] = [list.jobs[take.id], list.failed[take.id]];
   const editing = list.editing === take.id;
-  const key = JSON.stringify([texts.get(take), own, job?.id, job?.so_far_s, failed?.id, editing, isSelected(take), list.pictures, language]);
+  const key = JSON.stringify([texts.get(take), own, job?.id, job?.so_far_s, failed?.id, editing, isSelected(take), list.pictures, language()]);
   const before = rows.get(take.id);
   const typing = editing && before?.element.querySelector(".slate"); // what was typed stays
   if (before?.key === key || typing) return before.element;
@@ -149,7 +149,7 @@ function show() {
   const { takes, count, total, reading, search: words, problem } = foundTakes();
   setText(byId("takes-count"), words && !problem ? t("takes.found", { n: count, total: reading?.done ?? total }) : total ? t("takes.count", { n: total }) : "");
   byId("takes-reading").hidden = !reading;
-  setText(byId("takes-reading"), reading ? t("takes.reading", { done: reading.done.toLocaleString(language), of: reading.of.toLocaleString(language) }) : "");
+  setText(byId("takes-reading"), reading ? t("takes.reading", { done: reading.done.toLocaleString(language()), of: reading.of.toLocaleString(language) }) : "");
   byId("takes-find").hidden = total < 2 && !words;
   byId("takes-problem").hidden = !problem;
   setText(byId("takes-problem"), problem);

@@ -8,7 +8,7 @@ import { language, t } from "../base/strings.js";
 const dialog = { changed: () => {} };
 
 const nameOf = (thrown) => (thrown.video ? t("trash.video", { name: thrown.name }) : thrown.solve ? t("trash.solve", { name: thrown.name, solve: thrown.solve }) : thrown.name);
-const dayOf = (thrown) => new Date(thrown.thrown).toLocaleString(language, { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
+const dayOf = (thrown) => new Date(thrown.thrown).toLocaleString(language(), { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
 
 /** Do something to the trash, then show it anew. */
 const alter = (action) => attempt(async () => { await action(); await show(); await dialog.changed(); });

@@ -27,7 +27,7 @@ function stateOf(job) {
 }
 
 function endOf(job) {
-  const at = new Date(job.ended).toLocaleTimeString(language, { hour: "2-digit", minute: "2-digit" });
+  const at = new Date(job.ended).toLocaleTimeString(language(), { hour: "2-digit", minute: "2-digit" });
   const took = job.seconds === null ? "" : t("work.took", { time: minutes(job.seconds) });
   return [t(`work.state.${job.state}`), at, took].filter(Boolean).join(" · ");
 }
