@@ -38,6 +38,8 @@ body, #root, #root div[style*="background-color"] { background: none !important;
 <script src="../static/view/view_times.js"></script>
 <script src="../static/view/view_rest.js"></script>
 <script src="../static/view/view_resolution.js"></script>
+<script src="../static/view/view_pace.js"></script>
+<script src="../static/view/view_coarse.js"></script>
 <script src="../static/view/view_camera.js"></script>
 <script src="../static/view/view_body.js"></script>
 <script>

@@ -11,6 +11,11 @@ pytestmark = [pytest.mark.browser, pytest.mark.moving]
 
 DRAWN = "(window.__viserMutable?.scene?.__r3f.root.getState().gl.info.render.frame ?? 0)"
 WIDTH = "document.querySelector('canvas[data-engine]').width"
+CORNERS = """(() => {
+  let corners = 0;
+  window.__viserMutable?.scene?.traverseVisible((one) => { if (one.isSkinnedMesh) corners += one.geometry.index.count; });
+  return corners;
+})()"""
 AT_REST = f"""() => {{
   const before = {DRAWN};
   return new Promise((tell) => setTimeout(() => tell(before > 0 && before === {DRAWN}), 2500));
@@ -39,3 +44,38 @@ def test_software_draws_fewer_pixels_while_something_moves(
     with stage.performing():
         until(page, f"{WIDTH} < innerWidth * devicePixelRatio")
     until(page, f"{WIDTH} > innerWidth * devicePixelRatio")
+
+
+def test_software_draws_bodies_of_fewer_triangles_while_something_moves(
+    stage: FakeStage, address: str, page: Page
+) -> None:
+    page.goto(f"{address}/viewer/?software")
+    page.locator("canvas[data-engine]").wait_for()
+    with stage.performing():
+        until(page, f"{WIDTH} < 0.7 * innerWidth * devicePixelRatio")
+        moving = page.evaluate(CORNERS)
+    assert moving > 0
+    with stage.performing(lambda _: step(0.1)):  # somebody who stands still
+        until(page, f"{CORNERS} > {2 * moving}")
+
+
+def test_software_begins_a_picture_once_the_last_one_is_there(
+    stage: FakeStage, address: str, page: Page
+) -> None:
+    page.add_init_script("""
+        const { getSyncParameter, UNSIGNALED } = WebGL2RenderingContext.prototype;
+        WebGL2RenderingContext.prototype.getSyncParameter = function (...how) {
+          return window.held ? UNSIGNALED : getSyncParameter.apply(this, how);
+        };
+    """)
+    page.goto(f"{address}/viewer/?software")
+    page.locator("canvas[data-engine]").wait_for()
+    with stage.performing():
+        until(page, f"{DRAWN} > 1")
+        page.evaluate("window.held = true")
+        page.wait_for_timeout(600)  # a picture that was begun before
+        drawn = page.evaluate(DRAWN)
+        page.wait_for_timeout(1500)
+        assert page.evaluate(DRAWN) == drawn
+        page.evaluate("window.held = false")
+        until(page, f"{DRAWN} > {drawn}")

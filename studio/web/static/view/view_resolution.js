@@ -1,9 +1,11 @@
 // Inside the 3D view, before its own program: where WebGL is drawn by software, the picture has fewer pixels while something
 // moves, as many as keep it fluent, and more than the screen at rest, which smooths its edges. With a graphics card nothing is
 // changed here. Multisampling, by which the view smooths edges otherwise, costs software as much as the picture itself.
+// `view_pace.js` and `view_coarse.js` save more where WebGL is drawn by software.
 (() => {
   const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
   const SCALES = [1, 0.8, 0.65, 0.5]; // of the screen's pixels, by side, while something moves
+  const COARSE = 2; // of SCALES: from here on bodies have fewer triangles, which so few pixels do not show
   const FEWEST = 22; // pictures a second: fewer, and the next one has fewer pixels
   const PLENTY = 30; // so many, and it could have more
   const SHARP = 2; // of the screen's pixels, by side, at rest, for a length of 1 in CSS at most as many
@@ -44,8 +46,8 @@
     parent.postMessage({ type: "resolution", scale: SCALES[level] }, location.origin);
   }
 
-  /** viser's scene, camera and renderer, once they are there. */
-  function drawn() {
+  /** viser's scene, camera and renderer, once they are there and drawn by software; else null. */
+  window.drawnBySoftware = function drawn() {
     const { scene, camera } = window.__viserMutable ?? {};
     const renderer = scene?.__r3f?.root?.getState().gl;
     if (!software || !renderer || !camera) return null;
@@ -54,15 +56,16 @@
       renderer.setPixelRatio = () => {}; // viser's own choice, of how many pixels a graphics card manages
     }
     return { scene, camera, renderer };
-  }
+  };
 
   function sharpRatio({ clientWidth, clientHeight }) {
     return Math.max(devicePixelRatio, Math.min(SHARP, SHARP * devicePixelRatio, Math.sqrt(SHARP_PIXELS / (clientWidth * clientHeight))));
   }
 
   function draw() {
-    const view = drawn();
+    const view = drawnBySoftware();
     const ratio = view && (sharp ? sharpRatio(view.renderer.domElement) : SCALES[level] * devicePixelRatio);
+    if (view) drawCoarsely(view.scene, view.camera, !sharp && level >= COARSE);
     if (!view || view.renderer.getPixelRatio() === ratio) return;
     setRatio(ratio);
     view.scene.traverse(({ material }) => { if (material?.uniforms?.cellThickness) drawLines(material, ratio / devicePixelRatio); });
@@ -77,12 +80,12 @@
 
   function beginWindow() {
     windowBegan = performance.now();
-    counted = drawn()?.renderer.info.render.frame ?? 0;
+    counted = drawnBySoftware()?.renderer.info.render.frame ?? 0;
   }
 
   /** Choose the resolution by how many pictures were drawn in the window that ends. */
   function judge() {
-    const view = drawn();
+    const view = drawnBySoftware();
     if (!view || document.hidden) return;
     const now = performance.now();
     const rate = (1000 * (view.renderer.info.render.frame - counted)) / (now - windowBegan);
@@ -93,7 +96,6 @@
     level = Math.max(0, Math.min(SCALES.length - 1, level + (few ? 1 : -1)));
     few = plenty = 0;
     tell();
-    draw();
   }
 
   function look() {
@@ -103,6 +105,7 @@
         judge();
         beginWindow();
       }
+      draw();
       timer = setTimeout(look, LOOK_MS);
       return;
     }
