@@ -13,7 +13,9 @@ DRAWN = "(window.__viserMutable?.scene?.__r3f.root.getState().gl.info.render.fra
 WIDTH = "document.querySelector('canvas[data-engine]').width"
 CORNERS = """(() => {
   let corners = 0;
-  window.__viserMutable?.scene?.traverseVisible((one) => { if (one.isSkinnedMesh) corners += one.geometry.index.count; });
+  window.__viserMutable?.scene?.traverseVisible((one) => {
+    if (one.isSkinnedMesh) corners += one.geometry.index.count;
+  });
   return corners;
 })()"""
 AT_REST = f"""() => {{
