@@ -97,10 +97,10 @@ def _program(folder: Path, changed: tuple[tuple[str, int], ...]) -> Program:
 
         text = _IMPORT.sub(taken, source)
         own = {found["name"]: found["name"] for found in _EXPORT.finditer(text)}
-        text, defaults = _DEFAULT.subn("const whole = ", _EXPORT.sub("", text))
+        text, defaults = _DEFAULT.subn("const exportedByDefault = ", _EXPORT.sub("", text))
         if other := _OTHER.search(text):
             raise ValueError(f"{path} has what cannot be part of a program: {other[0]}")
-        exports[path] = own | ({"default": "whole"} if defaults else {})
+        exports[path] = own | ({"default": "exportedByDefault"} if defaults else {})
         returned = ", ".join(f"{name}: {variable}" for name, variable in exports[path].items())
         head = f"const {_variable(len(parts))} = (() => {{ // {path}\n"
         parts.append(f"{head}{text}\nreturn {{ {returned} }};\n}})();\n")
