@@ -3,7 +3,6 @@
 Browsers of phones get the models too that find bodies in pictures.
 """
 
-import hashlib
 import secrets
 from importlib import metadata
 from pathlib import Path
@@ -20,7 +19,7 @@ from starlette.types import Scope
 
 from studio.api.add_routes import add_routes
 from studio.engine.seeing.pictures.bundle import MODELS
-from studio.web.program import is_vendor, program_of
+from studio.web.program import Program, is_vendor, program_of
 
 _HERE = Path(__file__).parent
 STATIC = _HERE / "static"
@@ -54,24 +53,17 @@ class _PageFiles(_FreshFiles):
         name = path.replace("\\", "/")
         if asked in (b"bundle", b"map") and name.endswith(".js") and not is_vendor(name):
             program = await to_thread.run_sync(program_of, STATIC, name)
-            content, kind = (
-                (program.text, "javascript") if asked == b"bundle" else (program.source_map, "json")
-            )
-            response = self._fresh(content, f"text/{kind}", Headers(scope=scope))
+            response = self._fresh(program, asked, Headers(scope=scope))
         if name.startswith("phone/"):
             response.headers["Content-Security-Policy"] = _PHONE_POLICY
         return response
 
-    def _fresh(self, content: str, media_type: str, asked: Headers) -> Response:
-        tag = hashlib.sha256(content.encode()).hexdigest()
-        response = Response(
-            content, media_type=media_type, headers={"ETag": f'"{tag}"', "Cache-Control": "no-cache"}
-        )
-        return (
-            NotModifiedResponse(response.headers)
-            if self.is_not_modified(response.headers, asked)
-            else response
-        )
+    def _fresh(self, program: Program, asked: bytes, headers: Headers) -> Response:
+        content, kind = (program.text, "javascript") if asked == b"bundle" else (program.source_map, "json")
+        fresh = {"ETag": f'"{program.tag}"', "Cache-Control": "no-cache"}
+        if self.is_not_modified(Headers(fresh), headers):
+            return NotModifiedResponse(Headers(fresh))
+        return Response(content, media_type=f"text/{kind}", headers=fresh)
 
 
 class _Models(_FreshFiles):

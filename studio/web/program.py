@@ -4,6 +4,7 @@ Each module becomes a function that runs once, after those that it imports, and 
 `vendor/` and those of an import map stay imports. A source map shows them in the browser's tools as they are.
 """
 
+import hashlib
 import json
 import posixpath
 import re
@@ -19,10 +20,11 @@ _OTHER = re.compile(r"^(?:import|export)\b.*", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Program:
-    """A page's modules as one text, and the source map of it (JSON)."""
+    """A page's modules as one text, the source map of it (JSON), and a tag that changes with them."""
 
     text: str
     source_map: str
+    tag: str
 
 
 def program_of(folder: Path, entry: str) -> Program:
@@ -33,9 +35,9 @@ def program_of(folder: Path, entry: str) -> Program:
         ValueError: modules import each other, one imports what another does not export, or exports what is not a
             constant, function or class (an importer gets a value, which does not follow a variable).
     """
-    paths: list[str] = []
-    _collect(folder, entry, paths, [])
-    return _program(folder, tuple((path, _changed(folder / path)) for path in paths))
+    found: dict[str, int] = {}
+    _collect(folder, entry, found, [])
+    return _program(folder, tuple(found.items()))
 
 
 def is_vendor(path: str) -> bool:
@@ -43,19 +45,16 @@ def is_vendor(path: str) -> bool:
     return path.startswith("vendor/")
 
 
-def _collect(folder: Path, path: str, found: list[str], importing: list[str]) -> None:
-    """Append the module to `found`, after all that it imports."""
+def _collect(folder: Path, path: str, found: dict[str, int], importing: list[str]) -> None:
+    """Add the module to `found`, after all that it imports, with the time at which it was changed."""
     if path in importing:
         raise ValueError(f"modules import each other: {' -> '.join([*importing, path])}")
-    for name in _imports(folder / path, _changed(folder / path)):
+    changed = (folder / path).stat().st_mtime_ns
+    for name in _imports(folder / path, changed):
         other = _inside(path, name)
         if other is not None and other not in found:
             _collect(folder, other, found, [*importing, path])
-    found.append(path)
-
-
-def _changed(file: Path) -> int:
-    return file.stat().st_mtime_ns
+    found[path] = changed
 
 
 @lru_cache(maxsize=1024)
@@ -73,11 +72,12 @@ def _inside(path: str, name: str) -> str | None:
 def _program(folder: Path, changed: tuple[tuple[str, int], ...]) -> Program:
     entry = changed[-1][0]
     here = posixpath.dirname(entry)
+    variables = {path: f"module{number}" for number, (path, _) in enumerate(changed)}
     exports: dict[str, dict[str, str]] = {}  # of each module: variable by name
     outside: dict[str, str] = {}  # variable by what stays an import
     parts, sections = [], []
     begin = 1  # the line of the next module; the first has the imports that stay
-    for path, _ in changed:
+    for path, variable in variables.items():
         source = (folder / path).read_text(encoding="utf-8").rstrip("\n")
 
         def taken(found: re.Match[str], path: str = path) -> str:
@@ -87,13 +87,13 @@ def _program(folder: Path, changed: tuple[tuple[str, int], ...]) -> Program:
                 if outer.startswith("."):
                     whole = posixpath.join(posixpath.dirname(path), outer)
                     outer = posixpath.join(".", posixpath.relpath(whole, here))
-                variable = outside.setdefault(outer, f"outside{len(outside)}")
+                origin = outside.setdefault(outer, f"outside{len(outside)}")
             else:
-                variable = _variable(list(exports).index(other))
+                origin = variables[other]
             pattern, names = _pattern(found["what"] or "{}")
             if other is not None and (missing := sorted(names - exports[other].keys())):
                 raise ValueError(f"{path} imports {', '.join(missing)}, which {other} does not export")
-            return f"const {pattern} = {variable};" + "\n" * found[0].count("\n")
+            return f"const {pattern} = {origin};" + "\n" * found[0].count("\n")
 
         text = _IMPORT.sub(taken, source)
         own = {found["name"]: found["name"] for found in _EXPORT.finditer(text)}
@@ -101,19 +101,16 @@ def _program(folder: Path, changed: tuple[tuple[str, int], ...]) -> Program:
         if other := _OTHER.search(text):
             raise ValueError(f"{path} has what cannot be part of a program: {other[0]}")
         exports[path] = own | ({"default": "exportedByDefault"} if defaults else {})
-        returned = ", ".join(f"{name}: {variable}" for name, variable in exports[path].items())
-        head = f"const {_variable(len(parts))} = (() => {{ // {path}\n"
+        returned = ", ".join(f"{name}: {value}" for name, value in exports[path].items())
+        head = f"const {variable} = (() => {{ // {path}\n"
         parts.append(f"{head}{text}\nreturn {{ {returned} }};\n}})();\n")
         sections.append(_section(posixpath.relpath(path, here), begin + 1, text.count("\n") + 1))
         begin += parts[-1].count("\n")
     first = " ".join(f'import * as {variable} from "{name}";' for name, variable in outside.items())
     last = f"//# sourceMappingURL={posixpath.basename(entry)}?map\n"
+    text = "".join([first, "\n", *parts, last])
     source_map = json.dumps({"version": 3, "sections": sections})
-    return Program("".join([first, "\n", *parts, last]), source_map)
-
-
-def _variable(module: int) -> str:
-    return f"module{module}"
+    return Program(text, source_map, hashlib.sha256(text.encode()).hexdigest())
 
 
 def _pattern(what: str) -> tuple[str, set[str]]:

@@ -1,10 +1,11 @@
 """The list of takes on the page: search, pages, and what is done with several at once."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from studio.take.folder.take import Take
 from studio.take.library.index import AT_ONCE
@@ -33,6 +34,17 @@ def address(tmp_path: Path) -> Iterator[str]:
         take.save_meta()
     with studio(tmp_path) as (app, _), serving(app) as url:
         yield url
+
+
+def test_numbers_of_takes_that_are_still_read_are_in_the_page_s_language(address: str, page: Page) -> None:
+    def partly_read(route: Route) -> None:
+        answer = route.fetch()
+        route.fulfill(response=answer, headers={**answer.headers, "x-takes-read": "1200/12000"})
+
+    page.add_init_script("localStorage.setItem('language', 'fr')")
+    page.route("**/takes?search=*", partly_read)
+    page.goto(address)
+    expect(page.locator("#takes-reading")).to_contain_text(re.compile(r"1\s200\D+12\s000"))
 
 
 def search(page: Page, text: str) -> None:

@@ -149,7 +149,7 @@ function show() {
   const { takes, count, total, reading, search: words, problem } = foundTakes();
   setText(byId("takes-count"), words && !problem ? t("takes.found", { n: count, total: reading?.done ?? total }) : total ? t("takes.count", { n: total }) : "");
   byId("takes-reading").hidden = !reading;
-  setText(byId("takes-reading"), reading ? t("takes.reading", { done: reading.done.toLocaleString(language()), of: reading.of.toLocaleString(language) }) : "");
+  setText(byId("takes-reading"), reading ? t("takes.reading", { done: reading.done.toLocaleString(language()), of: reading.of.toLocaleString(language()) }) : "");
   byId("takes-find").hidden = total < 2 && !words;
   byId("takes-problem").hidden = !problem;
   setText(byId("takes-problem"), problem);

@@ -1,5 +1,5 @@
 // Inside the 3D view: bodies of a third of their triangles, for moving pictures of few pixels, whose time software spends on triangles.
-// Vertices of one bone that lie within a cell, on one side of the surface, become one; corners, shades and bones stay as they are.
+// Vertices of one bone that lie within a cell, on one side of the surface, become one of them, with its place, shade and bones.
 (() => {
   const CELL_M = 0.04;
   const NEAR_M = 2.5; // a body that is nearer to the camera than this stays as it is
