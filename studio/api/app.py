@@ -54,6 +54,7 @@ from studio.api.takes.rigs import rigs_router
 from studio.api.takes.splice import splice_router
 from studio.api.takes.takes import takes_router
 from studio.api.takes.thumbnails import Thumbnails, thumbnails_router
+from studio.engine.base.errors import FormatError
 from studio.engine.base.sentences import Sentence
 from studio.engine.identity.recognised import FIRST
 from studio.live import LiveStage
@@ -139,7 +140,8 @@ def create_app(
     choose_stored(sessions, stage.timecode)
     stage.bodies.start()
     finder = Finder(stage, sessions)
-    app.add_exception_handler(FileNotFoundError, finder.gone)
+    for error in (FileNotFoundError, FormatError):
+        app.add_exception_handler(error, finder.gone)
     add_routes(app, rigid_bodies_router(stage, sessions, finder.by_id))
     app.state.triggers = make_triggers(stage, sessions, jobs)
     add_routes(app, triggers_router(app.state.triggers))

@@ -4,6 +4,7 @@ import shutil
 
 import pytest
 
+from studio.engine.base.errors import FormatError
 from studio.engine.model.poses import Poses
 from studio.take.folder.take import Take
 from tests.api.test_routes import assert_error, codes, finished_job
@@ -41,6 +42,20 @@ def test_a_take_that_goes_to_the_trash_while_it_is_asked_for_is_not_there(record
 
     monkeypatch.setattr(Take, "solve_names", meanwhile)
     assert_error(recorded.http.get("/takes/tests/one"), 404, "not_found", "take.none")
+
+
+def test_a_take_that_goes_to_the_trash_while_it_is_measured_is_not_there(recorded, monkeypatch):
+    def meanwhile(*_: object) -> None:
+        shutil.rmtree(recorded.sessions / "tests/one")
+        raise FormatError("poses.npz: not readable")  # as a file that is read says whose folder vanishes
+
+    monkeypatch.setattr("studio.api.takes.measure.run_in_process", meanwhile)
+    assert_error(recorded.http.get("/takes/tests/one/solves/live/figures"), 404, "not_found", "take.none")
+
+
+def test_a_solve_that_cannot_be_read_is_said_to_be_so(recorded):
+    (recorded.sessions / "tests/one/solves/live/poses.npz").write_bytes(b"PK")
+    assert_error(recorded.http.get("/takes/tests/one/solves/live/figures"), 422, "format")
 
 
 def test_a_solve_goes_to_the_trash_and_back(recorded):

@@ -127,7 +127,7 @@ def test_several_takes_are_tagged_compared_and_thrown_away(address: str, page: P
     page.locator("#selected-compare").click()
     expect(page.locator("#compare")).to_be_visible()
     expect(page.locator("#compare-b")).to_have_value("monday/two|studio")
-    expect(page.locator("#compare table").first).to_be_visible()  # both are loaded and measured
+    expect(page.locator("#compare-figures table")).to_contain_text("two")  # both are loaded and measured
     page.locator("#compare-close").click()
     page.locator("#selected-splice").click()
     page.get_by_label("To [s], one", exact=True).fill("1.2")

@@ -7,7 +7,7 @@ from fastapi.responses import JSONResponse
 from msgspec import Struct
 
 from studio.api.errors import NotFoundError, studio_error
-from studio.engine.base.errors import SettingsError, StudioError, TakeError
+from studio.engine.base.errors import FormatError, SettingsError, StudioError, TakeError
 from studio.engine.base.value_sentences import bad_setting
 from studio.live import LiveStage
 from studio.take.folder.take import POSES, Take
@@ -108,13 +108,17 @@ class Finder:
         return take.performer_folder(name, performer) / POSES
 
     async def gone(self, request: Request, error: Exception) -> JSONResponse:
-        """Answer a request whose files vanished: where its take went to the trash meanwhile, there is none."""
+        """Answer a request whose files are not there or, where it reads, damaged: if its take went to the trash
+        meanwhile, there is none."""
         asked = request.path_params
-        if "session" in asked and "take" in asked:
+        brought = isinstance(error, FormatError) and request.method != "GET"  # came with the request
+        if "session" in asked and "take" in asked and not brought:
             try:
                 self.path(asked["session"], asked["take"])
             except StudioError as none:
                 return await studio_error(request, none)
+        if isinstance(error, StudioError):
+            return await studio_error(request, error)
         raise error
 
     @staticmethod
