@@ -144,6 +144,23 @@ def test_a_server_that_begins_does_not_wait_for_what_is_loaded(monkeypatch):
         worker.cool_down()
 
 
+def test_a_process_begins_later_or_with_the_first_work(monkeypatch, run):
+    worker.cool_down()
+    begun: list[dict] = []
+    real = begin.begin
+    monkeypatch.setattr(begin, "begin", lambda **how: begun.append(how) or real(**how))
+    try:
+        worker.warm_up(after_s=600.0)
+        waiting = next(thread for thread in threading.enumerate() if thread.name == "warm up")
+        assert begun == []
+        assert run("negative", 2) == -2
+        assert len(begun) == 1 and worker._spare is not None
+    finally:
+        worker.cool_down()
+    waiting.join(60)
+    assert not waiting.is_alive()
+
+
 @pytest.mark.skipif(not begin.COPIES, reason="this system copies no processes")
 def test_where_no_copy_can_be_made_processes_begin_anew(tmp_path, monkeypatch):
     """A path of over 107 characters has no room for the socket of the process that is copied."""

@@ -40,6 +40,8 @@ from studio.wire import MAX_MESSAGE_BYTES
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 GRACE_S = 3
+_BEGUN_S = 10.0
+"""Cameras and the page of a studio that was just started have begun by then, also on two slow cores."""
 _DISCOVER = {"auto": None, "on": True, "off": False}
 SWITCH_S = 0.001
 """Time slice of a thread in the interpreter; it is short, so that the engine thread does not delay the link."""
@@ -242,9 +244,10 @@ def _say_how_to_sign_in(access: Access, url: str, config: Config, tls: Tls | Non
 
 
 def _prepare_for_work(stage: LiveStage) -> None:
-    """Load, in a process and in a separate thread, modules that were left out for a quick start."""
+    """Load modules that were left out for a quick start: those of the stage in a separate thread, those of a solve in
+    a process, once cameras and page have begun."""
     stage.prepare()
-    worker.warm_up()
+    worker.warm_up(after_s=_BEGUN_S)
 
 
 def make_server(

@@ -43,12 +43,19 @@ _soon_back: set[Worker] = set()
 """Processes with work that has been short so far, which will soon be ready again."""
 
 
-def warm_up() -> None:
-    """Keep a process ready from now on; returns at once."""
+def warm_up(after_s: float = 0.0) -> None:
+    """Keep a process ready from now on; returns at once. Without work it is begun `after_s`, as it takes a core for
+    seconds."""
     global _warm
     with _changed:
         _warm = True
-    threading.Thread(target=_replace_spare, name="warm up", daemon=True).start()  # it takes seconds
+    threading.Thread(target=_begin_spare, args=(after_s,), name="warm up", daemon=True).start()
+
+
+def _begin_spare(after_s: float) -> None:
+    with _changed:
+        _changed.wait_for(lambda: not _warm, after_s)
+    _replace_spare()
 
 
 def cool_down() -> None:
