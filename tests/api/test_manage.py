@@ -1,12 +1,14 @@
 """Routes that look after takes and measure solves."""
 
 import shutil
+from pathlib import Path
 
 import pytest
 
 from studio.engine.base.errors import FormatError
 from studio.engine.model.poses import Poses
 from studio.take.folder.take import Take
+from studio.take.library.sessions import TakeInfo, take_info
 from tests.api.test_routes import assert_error, codes, finished_job
 
 
@@ -41,6 +43,15 @@ def test_a_take_that_goes_to_the_trash_while_it_is_asked_for_is_not_there(record
         raise FileNotFoundError(take.path)  # as a search for files does whose folder vanishes
 
     monkeypatch.setattr(Take, "solve_names", meanwhile)
+    assert_error(recorded.http.get("/takes/tests/one"), 404, "not_found", "take.none")
+
+
+def test_a_take_that_goes_to_the_trash_while_its_line_is_made_is_not_there(recorded, monkeypatch):
+    def meanwhile(path: Path) -> TakeInfo:
+        shutil.rmtree(path)
+        return take_info(path)
+
+    monkeypatch.setattr("studio.api.takes.takes.take_info", meanwhile)
     assert_error(recorded.http.get("/takes/tests/one"), 404, "not_found", "take.none")
 
 

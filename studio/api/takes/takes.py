@@ -220,13 +220,14 @@ def takes_router(
         """A take: its line of the list, its `take.json`, and settings and metrics of its solves."""
         path = finder.path(session, take)
         opened = Take.open(path)
-        solves = {name: _solve_detail(opened.solve_folder(name)) for name in opened.solve_names()}
-        return TakeDetail(
+        detail = TakeDetail(
             **structs.asdict(finder.line(take_info(path))),
             meta=opened.meta,
-            solve_details=solves,
+            solve_details={name: _solve_detail(opened.solve_folder(name)) for name in opened.solve_names()},
             timecode=take_timecode(opened),
         )
+        finder.path(session, take)  # it may have gone to the trash meanwhile
+        return detail
 
     @router.post("/takes/{session}/{take}/solves", status_code=202)
     def solve(session: str, take: str, request: SolveRequest, http: Request) -> JobStatus:
