@@ -44,8 +44,8 @@ _soon_back: set[Worker] = set()
 
 
 def warm_up(after_s: float = 0.0) -> None:
-    """Keep a process ready from now on; returns at once. Without work it is begun `after_s`, as it takes a core for
-    seconds."""
+    """Keep a process ready; returns at once. It is begun after `after_s` [s], or with the first work: loading takes a
+    core for seconds."""
     global _warm
     with _changed:
         _warm = True
