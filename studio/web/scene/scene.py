@@ -232,8 +232,8 @@ def _light(scene: viser.SceneApi) -> None:
     """Light the scene by one lamp that casts shadows, and as a room does: a bright ceiling, a dark floor.
 
     The viewer's own lights draw everything into three maps of shadows, which takes a software renderer as long as the
-    picture itself. Its own room is an image that it filters before the first picture of a body, which takes software 4
-    to 6 s. The two lights here shed what that image did: 0.3 to 5.0, with a root mean square error of 0.09.
+    picture itself. Its own room is an image that it filters before the first picture of a body, which takes software
+    4 to 6 s. The two lights here shed what that image did: 0.3 to 5.0, with a root mean square error of 0.09.
     """
     scene.configure_default_lights(enabled=False)
     scene.add_light_spot(
