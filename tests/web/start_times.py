@@ -5,6 +5,7 @@ and prints the times since `./start` [s]: the server answers, the view's first p
 has moved. Where it had to compile first, they count from when that was done.
 """
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -12,11 +13,10 @@ import sys
 import time
 from pathlib import Path
 
-import httpx
 from playwright.sync_api import Browser, sync_playwright
 
 from tests import patient
-from tests.acceptance.processes import free_port
+from tests.acceptance.processes import free_port, wait_until
 from tests.web.browser import CHROMIUM, FLAGS
 
 PATIENCE_S = 120.0
@@ -33,13 +33,6 @@ SEEN = """() => {
 }"""
 
 
-def answers(url: str) -> bool:
-    try:
-        return patient.get(f"{url}/api/v1/status").is_success
-    except httpx.TransportError:
-        return False
-
-
 def measure(clone: Path, browser: Browser) -> dict[str, float]:
     """Return the times of one start [s]."""
     port = free_port()
@@ -50,24 +43,31 @@ def measure(clone: Path, browser: Browser) -> dict[str, float]:
         ["./start", "--port", str(port)], cwd=clone, stdout=subprocess.DEVNULL, start_new_session=True
     )
     found: dict[str, float] = {}
+    first: tuple[int, str] | None = None
+
+    def answers() -> bool:
+        assert studio.poll() is None, "the studio has ended; its messages are above"
+        return patient.get(f"{url}/api/v1/status").is_success
+
+    def moves() -> bool:
+        nonlocal first
+        pictures, pose = page.evaluate(SEEN)
+        if pictures:
+            found.setdefault("first picture", time.time() - begun_s)
+        if pose and first is None:
+            first = pictures, pose
+        return first is not None and pictures >= first[0] + PICTURES and pose != first[1]
+
     try:
-        while not answers(url):
-            time.sleep(0.05)
+        wait_until(answers, "the server answers")
         begun_s = max(begun_s, (clone / ".venv" / "prepared").stat().st_mtime)
         found["server"] = time.time() - begun_s
         page.goto(url, wait_until="commit")
-        first: tuple[int, str] | None = None
-        while "moves" not in found and time.time() - begun_s < PATIENCE_S:
-            pictures, pose = page.evaluate(SEEN)
-            if pictures:
-                found.setdefault("first picture", time.time() - begun_s)
-            if pose:
-                first = first or (pictures, pose)
-                if pictures >= first[0] + PICTURES and pose != first[1]:
-                    found["moves"] = time.time() - begun_s
-            time.sleep(0.1)
+        wait_until(moves, "a figure moves", PATIENCE_S)
+        found["moves"] = time.time() - begun_s
     finally:
-        os.killpg(studio.pid, signal.SIGINT)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(studio.pid, signal.SIGINT)
         studio.wait(30)
         page.close()
     return found
