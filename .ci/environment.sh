@@ -12,8 +12,10 @@ fail() {
 
 find_python() { # prints a Python that the project runs on
     for candidate in python3 python3.13 python3.12 python3.11; do
-        if "$candidate" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 14))' 2>/dev/null; then
-            "$candidate" -c 'import os, sys; print(os.path.realpath(sys.executable))'
+        if "$candidate" -c 'import os, sys
+if not (3, 11) <= sys.version_info[:2] < (3, 14):
+    sys.exit(1)
+print(os.path.realpath(sys.executable))' 2>/dev/null; then
             return
         fi
     done
