@@ -305,6 +305,45 @@ print("studio.engine.animation.export" in sys.modules)
 """
 
 
+@pytest.mark.skipif(not begin.COPIES, reason="this system copies no processes")
+def test_ctrl_c_does_not_break_what_is_loaded_for_copies():
+    """A terminal sends it to all processes of the studio, also while the one that is copied loads its code."""
+    with subprocess.Popen(
+        [sys.executable, "-c", LOADING],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as studio:
+        assert studio.stdout is not None
+        assert studio.stdout.readline() == "loading\n"
+        os.killpg(studio.pid, signal.SIGINT)
+        said = studio.communicate(timeout=600)
+    assert said == ("copied\n", "")
+
+
+LOADING = """
+import contextlib, signal, threading, time
+import psutil
+from studio.worker import begin
+
+def tell():
+    while True:
+        time.sleep(0.01)
+        with contextlib.suppress(psutil.Error):
+            for one in psutil.Process().children():
+                if "forkserver" in str(one.cmdline()) and one.cpu_times().user > 0.4:
+                    print("loading", flush=True)
+                    return
+
+signal.signal(signal.SIGINT, lambda *_: None)  # as the server's, which ends in order
+threading.Thread(target=tell, daemon=True).start()
+one = begin.begin(loaded=True)
+print("copied" if begin.COPIES else "begun anew", flush=True)
+one.end()
+"""
+
+
 @pytest.mark.parametrize("told", [True, False], ids=["tells progress", "has computed long"])
 def test_nobody_waits_for_a_long_work(warm, run, tmp_path, told):
     work, options = "compute_until_there", {}

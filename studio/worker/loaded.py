@@ -5,9 +5,12 @@ It is named as a text where processes begin: the server itself must not import i
 
 import importlib
 import logging
+import signal
 
 MODULES = ("studio.offline.replay", "studio.engine.animation.export", "studio.offline.warming")
 """What is imported; `prepare` of those that have one is called."""
+
+signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends this process
 
 for _name in MODULES:
     try:
