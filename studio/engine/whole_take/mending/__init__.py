@@ -9,7 +9,7 @@ shifts.py    errors that are a shift of some joints
 names.py     errors that follow the names that a camera gives, not the body
 interval.py  from when to when cameras contradict a pin, and by how much
 spread.py    the path of a joint while nothing is known of it but pins
-habit.py     where a joint usually is when the rest of its limb does the same
+habit.py     where a joint is by what the rest of its limb does, as at other times and on the other side
 changed.py   frames with joints put elsewhere, or left out
 pinned.py    what pins of one joint say, and what cameras see around them
 told.py      what pins found, as a solve tells it

@@ -8,7 +8,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from studio.engine.model.joints import CANONICAL, PARENTS
+from studio.engine.model.joints import CANONICAL, INDEX, PARENTS
 from studio.engine.whole_take.mending.around import STEP_S
 from studio.engine.whole_take.mending.middle import path_of
 
@@ -41,6 +41,9 @@ NO_END = 30.0
 AROUND_S, MEDIAN = 0.5, 2.37
 """So far around a jump others tell how large they are without an error [s]; and the median of the square of one of
 standard deviation 1."""
+
+TRUNK_M = 0.07
+"""No wrist comes nearer to the line from the hips to the neck [m]."""
 
 SLOPE = 3
 """A jump is what is beyond the velocity in so many instants on either side."""
@@ -123,6 +126,23 @@ def too_far(track: Array, at: slice, place_m: Array) -> Array:
     near = NEAR_M + max(float(np.percentile(speed, FAST_PERCENT)), STILL_M_S) * away_s
     beyond = np.maximum(np.linalg.norm(track - place_m, axis=2) - near[:, None], 0.0)
     return np.nan_to_num(np.minimum((beyond / NOISE_M) ** 2, MOST)).sum(axis=1)
+
+
+def in_trunk(tracks: Array, joint: int) -> Array:
+    """Squared residuals of a limb's joint that is seen where the trunk is, and taken for it. Sum over cameras, shape
+    (count,).
+
+    Args:
+        tracks: as in `erring`.
+        joint: index.
+    """
+    if CANONICAL[joint].split("_")[-1] not in ("wrist", "hand", "knee", "ankle", "toe"):
+        return np.zeros(len(tracks))
+    low, line = tracks[:, :, INDEX["hips"]], tracks[:, :, INDEX["neck"]] - tracks[:, :, INDEX["hips"]]
+    off = tracks[:, :, joint] - low
+    share = np.clip(np.vecdot(off, line) / np.maximum(np.vecdot(line, line), 1e-9), 0.0, 1.0)
+    inside = np.linalg.norm(off - share[..., None] * line, axis=2) < TRUNK_M
+    return MOST * inside.sum(axis=1)
 
 
 def jumps_of(local: Array) -> Array:

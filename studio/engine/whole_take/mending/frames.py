@@ -261,7 +261,8 @@ def _path(about: PinnedJoint, lasts: NDArray[np.bool_]) -> Array:
     away[lasts] = np.nan
     usual = Habit(axes, np.zeros_like(origin))
     if of_limb:
-        usual = habit(about.middle, median_of(away[:, :, None])[:, 0], about.flags, joint, axes)
+        known = median_of(away[:, :, None])[:, 0]
+        usual = habit(about.middle, known, about.flags, about.place_m - origin, joint, axes)
     local = np.einsum("tba,tcb->tca", usual.axes, away) - usual.path_m[:, None]
     pin = np.einsum("tba,tb->ta", usual.axes, about.place_m - origin) - usual.path_m
     found = spread(local, about.flags, pin, seen.noise[:, :, joint])

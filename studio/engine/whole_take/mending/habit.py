@@ -1,36 +1,48 @@
-"""Where the end of a limb usually is, by what the rest of the limb does: as at other times, and as on the other side.
+"""Where the end of a limb is while nothing tells of it: what the rest of the limb does tells, as at other times.
 
-It is told in the axes of the trunk, or in axes that turn with the bone before it: a leg that is straight stays
-straight. The place of the end about its parent is a smooth function of the place and velocity of the parent about the
-root of the limb, and of the height of the root. It is found from the instants at which the end is known, and from the
-limb of the other side. Which of them tells most is tried on other stretches of the same length.
+It is told in axes that turn with the bone before it: a leg that is straight stays straight. The place of the end
+about its parent is the sum of a smooth function of what the rest of the limb does (place and velocity of the parent
+about the root of the limb, and the height of the root), and of a small remainder that changes smoothly in time. Both
+are found from the instants at which the end is known, from the pins, and from the limb of the other side, whose
+remainder is its own.
 
-Source: Gaussian process regression (Rasmussen, Williams, "Gaussian processes for machine learning", 2006, 2.2).
+Source: Gaussian process regression with a sum of covariances (Rasmussen, Williams, "Gaussian processes for machine
+learning", 2006, 2.2 and 4.2.4).
 """
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
+from scipy.linalg import cho_factor, cho_solve
+from scipy.ndimage import binary_dilation, gaussian_filter1d
+from scipy.spatial.distance import cdist
 
 from studio.engine.model.joints import CANONICAL, LIMB_ROOTS, MIRROR, PARENTS
 from studio.engine.whole_take.mending.around import STEP_S
 
 Array = NDArray[np.float64]
 
-NOISE_M = 0.03
-"""Standard deviation of an end's place from what the rest of its limb tells."""
+NOISE_M, PIN_M = 0.06, 0.005
+"""Standard deviations [m] of an end as cameras see it, with what neither its limb tells nor lasts; and of a pin."""
 
-LIKE_M, LIKE_M_S = 0.1, 1.0
+OF_LIMB = 0.97
+"""Share of the end's variance that the rest of its limb tells; the remainder's is what is left."""
+
+LIKE_M, LIKE_M_S = 0.5, 5.0
 """Limbs are alike whose parents' places [m] and velocities [m/s] differ by less."""
+
+LASTS_S = 0.5
+"""The remainder is alike for so long."""
+
+BESIDE = 2
+"""Instants beside unknown ones that do not count: they may be partly wrong."""
+
+OTHER_SIDE_EVERY = 2
+"""Every so many instants of the other side are taken."""
 
 SMOOTH_FRAMES = 1.5
 """Smoothing of the parent's path."""
-
-LEAST_APART = 8
-"""Stretches on which ways are tried begin at least so many instants apart."""
 
 _REST_OF_ARM, _REST_OF_LEG = (0.5, -0.5, -0.7), (0.1, -0.4, -0.9)
 """Where a left upper arm or thigh usually points, to the left, back and up."""
@@ -43,69 +55,59 @@ _MIRRORED_LIMB = np.array([*_MIRRORED, *_MIRRORED, 1.0])
 
 
 @dataclass(frozen=True)
-class _Samples:
-    """What limbs do, shape (count, 7), and where their ends are then [m], shape (count, 3)."""
-
-    limb: Array
-    end_m: Array
-
-    def foretold(self, limb: Array) -> Array:
-        """Where an end is, for what its limb does [m], shape (count, 3)."""
-        usual = self.end_m.mean(axis=0)
-        size = float(((self.end_m - usual) ** 2).mean()) or 1.0
-        normal = size * _alike(self.limb, self.limb) + NOISE_M**2 * np.eye(len(self.limb))
-        weights = np.linalg.solve(normal, self.end_m - usual)
-        return usual + size * _alike(limb, self.limb) @ weights
-
-
-@dataclass(frozen=True)
 class Habit:
-    """Where a joint usually is about its parent.
+    """Where a joint is about its parent, as the rest of its limb lets expect.
 
     Attributes:
         axes: in which that is told, shape (count, 3, 3).
-        path_m: in these axes [m], shape (count, 3); 0 where the rest of the limb tells nothing.
+        path_m: in these axes [m], shape (count, 3); 0 where nothing is known of it around.
     """
 
     axes: Array
     path_m: Array
 
 
-def habit(middle: Array, away: Array, pinned: NDArray[np.bool_], joint: int, axes: Array) -> Habit:
-    """Return where a joint usually is about its parent.
+def habit(
+    middle: Array, away: Array, pinned: NDArray[np.bool_], pin_away: Array, joint: int, axes: Array
+) -> Habit:
+    """Return where a joint is about its parent, as the rest of its limb lets expect.
 
     Args:
         middle: all joints, without gaps [m], shape (count, 21, 3).
-        away: the joint about its parent where that is known, the median of the cameras, shape (count, 3); else NaN.
+        away: the joint about its parent where that is known, the median of the cameras [m], shape (count, 3); else
+            NaN.
         pinned: instants with a pin, shape (count,).
+        pin_away: the pin about the parent [m], shape (count, 3).
         joint: index of the joint.
         axes: of the body, shape (count, 3, 3).
     """
-    other = int(MIRROR[joint])
-    beyond = middle[:, other] - middle[:, PARENTS[other]]
+    other, count = int(MIRROR[joint]), len(middle)
+    own, beside = (axes_of_bone(middle, one, axes) for one in (joint, other))
+    unknown = np.isnan(away[:, 0])
+    known = np.flatnonzero(~binary_dilation(unknown, iterations=BESIDE) & ~pinned)
+    if not len(known):
+        return Habit(own, np.zeros_like(away))
+    pins, others = np.flatnonzero(pinned), np.arange(0, count, OTHER_SIDE_EVERY)
     limb, mirrored = _limb(middle, joint, axes), _limb(middle, other, axes) * _MIRRORED_LIMB
-    known = np.isfinite(away[:, 0])
-    tried = _stretches(known, pinned)
-    found: list[tuple[float, Habit]] = []
-    for own, beside in ((axes, axes), (axes_of_bone(middle, joint, axes), axes_of_bone(middle, other, axes))):
-        end = np.einsum("tba,tb->ta", own, away)
-        others = _Samples(mirrored, np.einsum("tba,tb->ta", beside, beyond) * _MIRRORED)
-        for way in ("nothing", "own", "both"):
+    end = np.einsum("tba,tb->ta", own, np.where(pinned[:, None], pin_away, away))
+    beyond = np.einsum("tba,tb->ta", beside, middle[:, other] - middle[:, PARENTS[other]]) * _MIRRORED
+    of_limb = np.concatenate([limb[known], limb[pins], mirrored[others]])
+    places = np.concatenate([end[known], end[pins], beyond[others]])
+    instants = np.concatenate([known, pins, others])
+    of_own = np.arange(len(places)) < len(known) + len(pins)
+    usual = places[of_own].mean(axis=0)
+    size = float(((places[of_own] - usual) ** 2).mean())
+    noise = np.full(len(places), NOISE_M**2)
+    noise[len(known) : len(known) + len(pins)] = PIN_M**2
 
-            def path(
-                told: NDArray[np.bool_], end: Array = end, others: _Samples = others, way: str = way
-            ) -> Array:
-                if way == "nothing" or not told.any():
-                    return np.zeros_like(end)
-                mine = _Samples(limb[told], end[told])
-                if way == "both":
-                    mine = _Samples(
-                        np.concatenate([mine.limb, others.limb]), np.concatenate([mine.end_m, others.end_m])
-                    )
-                return mine.foretold(limb)
+    def alike(limbs: Array, at: NDArray[np.int64], is_own: NDArray[np.bool_]) -> Array:
+        lasts = _lasts(at[:, None] - instants) * (is_own[:, None] == of_own)
+        return size * (OF_LIMB * _alike(limbs, of_limb) + (1.0 - OF_LIMB) * lasts)
 
-            found.append((_error(end, known, tried, path), Habit(own, path(known))))
-    return min(found, key=lambda one: one[0])[1]
+    factor = cho_factor(alike(of_limb, instants, of_own) + np.diag(noise), lower=True)
+    weights = cho_solve(factor, places - usual)
+    every = np.arange(count)
+    return Habit(own, usual + alike(limb, every, np.ones(count, dtype=bool)) @ weights)
 
 
 def axes_of_bone(middle: Array, joint: int, axes: Array) -> Array:
@@ -131,41 +133,6 @@ def axes_of_bone(middle: Array, joint: int, axes: Array) -> Array:
     return axes @ (np.eye(3) + across + share[:, None, None] * across @ across)
 
 
-def _error(
-    end: Array,
-    known: NDArray[np.bool_],
-    tried: Sequence[tuple[int, int, int]],
-    path: Callable[[NDArray[np.bool_]], Array],
-) -> float:
-    """Mean squared error of a path where it is taken for unknown: it is put through its ends, and the pin between
-    [m2]."""
-    found = []
-    for first, pin, last in tried:
-        told = known.copy()
-        told[first:last] = False
-        off = end - path(told)
-        rows, knots = np.arange(first, last), [first - 1, pin, last]
-        between = np.stack([np.interp(rows, knots, off[knots, axis]) for axis in range(3)], axis=1)
-        found.append(((off[first:last] - between) ** 2).sum(axis=1))
-    return float(np.mean(np.concatenate(found))) if found else 0.0
-
-
-def _stretches(known: NDArray[np.bool_], pinned: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
-    """First and last instants of stretches that are known and as long as what is unknown, half of that apart, with
-    where the pin would be."""
-    unknown = np.flatnonzero(~known)
-    length = max(len(unknown), 2)
-    at = np.flatnonzero(pinned & ~known)
-    share = 0.5 if not len(at) else (at.mean() - unknown[0]) / max(unknown[-1] - unknown[0], 1)
-    firsts = range(1, len(known) - length, max(length // 2, LEAST_APART))
-    pin = int(np.clip(round(share * (length - 1)), 0, length - 1))
-    return [
-        (first, first + pin, first + length)
-        for first in firsts
-        if known[first - 1 : first + length + 1].all()
-    ]
-
-
 def _limb(middle: Array, joint: int, axes: Array) -> Array:
     """What the limb of a joint does, in units of what is alike, shape (count, 7)."""
     root = middle[:, int(LIMB_ROOTS[joint])]
@@ -177,4 +144,10 @@ def _limb(middle: Array, joint: int, axes: Array) -> Array:
 
 def _alike(a: Array, b: Array) -> Array:
     """How alike what limbs do is, 0..1, shape (count of a, count of b)."""
-    return np.exp(-0.5 * ((a[:, None] - b) ** 2).sum(axis=2))
+    return np.exp(-0.5 * cdist(a, b, "sqeuclidean"))
+
+
+def _lasts(apart: NDArray[np.int64]) -> Array:
+    """How alike the remainder is, 0..1, so many instants apart: a Matern covariance of 5/2."""
+    r = np.sqrt(5.0) * np.abs(apart) * STEP_S / LASTS_S
+    return (1.0 + r + r**2 / 3.0) * np.exp(-r)

@@ -3,7 +3,8 @@
 Two kinds of errors are tried. Some joints of the limb are shifted, in the axes of the stage or of the body: then all
 of them jump by the shift where it begins and ends, and their bones have their lengths without it. Or what is seen of
 the joint and of what it carries says nothing: then its bone seldom has its length, and they jump anyhow where that
-begins and ends, unless they stand still there: a foot is held where it stood.
+begins and ends, unless they stand still there: a foot is held where it stood. A wrist that is seen in the trunk was
+taken for it, for as long as it is seen there.
 
 The cost of an error is a sum over its frames, its begin and its end, so that its begin and its end are each found on
 their own, by trying all. Squared residuals are normalised and limited.
@@ -23,6 +24,7 @@ from studio.engine.whole_take.mending.evidence import (
     Erring,
     best_of,
     bones_off,
+    in_trunk,
     jumps_of,
     scale_of,
     squared_of,
@@ -112,6 +114,10 @@ def erring(
     measured = [one for one in own if CANONICAL[one] in lengths]
     right = sum((bones_off(tracks, one, lengths) for one in measured), np.zeros(len(tracks)))
     right += too_far(near, at, place_m[at].mean(axis=0))
+    of_trunk = in_trunk(tracks, joint)
+    taken = bool(of_trunk[at].any())
+    if taken:  # for the trunk, and wrong as long as that lasts
+        right = np.where(of_trunk > 0.0, right + of_trunk, 0.0)
     untold = UNTOLD * np.isfinite(tracks[:, :, measured, 0]).sum(axis=(1, 2))
     jump = jumps_of(tracks[:, :, list(own)])
     jumps = UNTOLD * np.isfinite(jump[..., 0]).sum(axis=(1, 2)) - squared_of(jump, scale[..., list(own)])
@@ -120,7 +126,7 @@ def erring(
         best_of(untold - right, unmoved, unmoved, at, own, np.zeros(3), in_body=False, follows=False)
     )
     best = min(found, key=lambda one: one.cost)
-    rows, still = (None, None) if best.is_seen and best.follows else held(tracks, joint, at)
+    rows, still = (None, None) if best.is_seen and (best.follows or taken) else held(tracks, joint, at)
     if rows is None or still is None:
         return best
     fits = _fits(tracks, joint, rows)

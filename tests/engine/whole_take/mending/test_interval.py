@@ -20,14 +20,14 @@ AXES = np.tile(np.eye(3), (COUNT, 1, 1))
 NOISE = np.ones((COUNT, CAMERAS, JOINT_COUNT))
 
 
-def seen() -> np.ndarray:
+def seen(true: np.ndarray = TRUE) -> np.ndarray:
     rng = np.random.default_rng(2)
-    return TRUE[:, None] + 0.01 * rng.normal(size=(COUNT, CAMERAS, JOINT_COUNT, 3))
+    return true[:, None] + 0.01 * rng.normal(size=(COUNT, CAMERAS, JOINT_COUNT, 3))
 
 
-def found(tracks: np.ndarray, at: int = PIN) -> Erring:
+def found(tracks: np.ndarray, at: int = PIN, true: np.ndarray = TRUE) -> Erring:
     place = np.zeros((COUNT, 3))
-    place[at] = TRUE[at, WRIST] + [0.01, -0.01, 0.01]
+    place[at] = true[at, WRIST] + [0.01, -0.01, 0.01]
     return erring(tracks, NOISE, WRIST, slice(at, at + 1), place, AXES, PERFORMER)
 
 
@@ -48,6 +48,18 @@ def test_a_wrist_that_is_taken_for_another_joint_says_nothing_for_as_long():
     tracks[BEGIN:END, :, ARM[1:]] = tracks[BEGIN:END, :, [INDEX["spine"]]]
     error = found(tracks)
     assert error.is_seen and not error.follows and error.joints == (WRIST, INDEX["left_hand"])
+    assert abs(error.rows.start - BEGIN) <= 1 and abs(error.rows.stop - END) <= 1
+
+
+@pytest.mark.parametrize(("arm", "walk_m_s"), [(0.08, 1.0), (0.5, 0.0)], ids=["walks", "stands"])
+def test_a_wrist_that_is_taken_for_the_spine_is_neither_shifted_nor_held(arm: float, walk_m_s: float):
+    """A shifted wrist's bone keeps about its length while the arm moves slowly, and the spine may stand still."""
+    true = np.array([joints_m(arm * STEP_S * (k - BEGIN)) for k in range(COUNT)])
+    true += STEP_S * np.arange(COUNT)[:, None, None] * np.array([walk_m_s, 0.0, 0.0])
+    tracks = seen(true)
+    tracks[BEGIN:END, :, ARM[1:]] = tracks[BEGIN:END, :, [INDEX["spine"]]]
+    error = found(tracks, true=true)
+    assert error.is_seen and not error.follows
     assert abs(error.rows.start - BEGIN) <= 1 and abs(error.rows.stop - END) <= 1
 
 
