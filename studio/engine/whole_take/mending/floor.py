@@ -5,7 +5,10 @@ placed on what was shown, which is over this floor; cameras' joints are not.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from studio.engine.edits.edit import Edit, PinEdit
@@ -13,12 +16,13 @@ from studio.engine.edits.frames import Frames, stage_s
 from studio.engine.edits.timing import of_kind
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.human.skeleton import Skeleton
-from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.joints import INDEX, LIMB_ROOTS, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.soles import USUAL_TOE_HEIGHT_M
 from studio.engine.whole_take.finish.contact.contacts import JOINTS, find_contacts
 from studio.engine.whole_take.finish.contact.soles import Soles, lift_m
-from studio.engine.whole_take.mending.around import STEP_S, around
+from studio.engine.whole_take.mending.around import STEP_S, Around, around
+from studio.engine.whole_take.mending.pinned import REACH_S
 
 SMOOTHING_S = 0.1
 """Smoothing of the feet, whose noise would sink them."""
@@ -61,5 +65,17 @@ def lift_of_pins_m(
     feet = gaussian_filter1d(seen.middle()[:, list(JOINTS)], SMOOTHING_S / STEP_S, axis=0, mode="nearest")
     rest_m = Skeleton.of(performer).rest_positions_m[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
     contacts = find_contacts(feet, [(0, len(feet))], STEP_S, rest_m)
+    contacts = replace(contacts, hold=np.where(_doubtful(seen, edits), 0.0, contacts.hold))
     below_m = rest_m - rest_m.min() + USUAL_TOE_HEIGHT_M
     return lift_m(Soles(feet, feet[..., 2] - below_m), contacts, percent=NOISY_PERCENT)
+
+
+def _doubtful(seen: Around, edits: Sequence[Edit]) -> NDArray[np.bool_]:
+    """Where a pin says that a leg is wrong, or may be: its foot does not tell of the floor, shape (count, 4)."""
+    out = np.zeros((len(seen.time_s), len(JOINTS)), dtype=bool)
+    roots = LIMB_ROOTS[list(JOINTS)]
+    for pin in of_kind(edits, PinEdit):
+        if pin.joint in INDEX:
+            rows = seen.rows_of(pin.start_s - REACH_S, pin.end_s + REACH_S)
+            out[rows] |= roots == LIMB_ROOTS[INDEX[pin.joint]]
+    return out
