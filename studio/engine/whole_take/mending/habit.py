@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
-from scipy.ndimage import binary_dilation, gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial.distance import cdist
 
 from studio.engine.model.joints import CANONICAL, LIMB_ROOTS, MIRROR, PARENTS
@@ -83,8 +82,8 @@ def habit(
     """
     other, count = int(MIRROR[joint]), len(middle)
     own, beside = (axes_of_bone(middle, one, axes) for one in (joint, other))
-    unknown = np.isnan(away[:, 0])
-    known = np.flatnonzero(~binary_dilation(unknown, iterations=BESIDE) & ~pinned)
+    unknown = maximum_filter1d(np.isnan(away[:, 0]), 2 * BESIDE + 1, mode="nearest")
+    known = np.flatnonzero(~unknown & ~pinned)
     if not len(known):
         return Habit(own, np.zeros_like(away))
     pins, others = np.flatnonzero(pinned), np.arange(0, count, OTHER_SIDE_EVERY)
@@ -104,8 +103,7 @@ def habit(
         lasts = _lasts(at[:, None] - instants) * (is_own[:, None] == of_own)
         return size * (OF_LIMB * _alike(limbs, of_limb) + (1.0 - OF_LIMB) * lasts)
 
-    factor = cho_factor(alike(of_limb, instants, of_own) + np.diag(noise), lower=True)
-    weights = cho_solve(factor, places - usual)
+    weights = np.linalg.solve(alike(of_limb, instants, of_own) + np.diag(noise), places - usual)
     every = np.arange(count)
     return Habit(own, usual + alike(limb, every, np.ones(count, dtype=bool)) @ weights)
 
