@@ -8,6 +8,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from studio.engine.base.geometry import nearest_on_segments
 from studio.engine.model.joints import CANONICAL, INDEX, PARENTS
 from studio.engine.whole_take.mending.around import STEP_S
 from studio.engine.whole_take.mending.middle import path_of
@@ -138,10 +139,8 @@ def in_trunk(tracks: Array, joint: int) -> Array:
     """
     if CANONICAL[joint].split("_")[-1] not in ("wrist", "hand", "knee", "ankle", "toe"):
         return np.zeros(len(tracks))
-    low, line = tracks[:, :, INDEX["hips"]], tracks[:, :, INDEX["neck"]] - tracks[:, :, INDEX["hips"]]
-    off = tracks[:, :, joint] - low
-    share = np.clip(np.vecdot(off, line) / np.maximum(np.vecdot(line, line), 1e-9), 0.0, 1.0)
-    inside = np.linalg.norm(off - share[..., None] * line, axis=2) < TRUNK_M
+    point, hips, neck = (tracks[:, :, one] for one in (joint, INDEX["hips"], INDEX["neck"]))
+    inside = np.linalg.norm(nearest_on_segments(point, point, hips, neck)[2], axis=2) < TRUNK_M
     return MOST * inside.sum(axis=1)
 
 

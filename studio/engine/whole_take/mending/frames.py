@@ -257,21 +257,19 @@ def _path(about: PinnedJoint, lasts: NDArray[np.bool_]) -> Array:
     of_limb = CANONICAL[joint].split("_")[-1] in LIMB
     if of_limb:
         origin = _smooth(about.middle[:, int(PARENTS[joint])])
-    away = seen.tracks[:, :, joint] - origin[:, None]
+    away, pin_away = seen.tracks[:, :, joint] - origin[:, None], about.place_m - origin
     away[lasts] = np.nan
     usual = Habit(axes, np.zeros_like(origin))
     if of_limb:
         known = median_of(away[:, :, None])[:, 0]
-        usual = habit(about.middle, known, about.flags, about.place_m - origin, joint, axes)
+        usual = habit(about.middle, known, about.flags, pin_away, joint, axes)
     local = np.einsum("tba,tcb->tca", usual.axes, away) - usual.path_m[:, None]
-    pin = np.einsum("tba,tb->ta", usual.axes, about.place_m - origin) - usual.path_m
+    pin = np.einsum("tba,tb->ta", usual.axes, pin_away) - usual.path_m
     found = spread(local, about.flags, pin, seen.noise[:, :, joint])
     away = np.einsum("tab,tb->ta", usual.axes, found.path_m + usual.path_m)
     if of_limb and about.performer is not None:
         length = about.performer.bones_m()[CANONICAL[joint]]
-        off = (
-            np.linalg.norm((about.place_m - origin)[about.flags], axis=1).mean() / length
-        )  # the pin's own share
+        off = np.linalg.norm(pin_away[about.flags], axis=1).mean() / length  # the pin's own share
         away *= (
             length * np.clip(off, *BONE_SHARE) / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-6)
         )

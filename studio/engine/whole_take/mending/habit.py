@@ -83,21 +83,18 @@ def habit(
     other, count = int(MIRROR[joint]), len(middle)
     own, beside = (axes_of_bone(middle, one, axes) for one in (joint, other))
     unknown = maximum_filter1d(np.isnan(away[:, 0]), 2 * BESIDE + 1, mode="nearest")
-    known = np.flatnonzero(~unknown & ~pinned)
-    if not len(known):
+    if (unknown | pinned).all():
         return Habit(own, np.zeros_like(away))
-    pins, others = np.flatnonzero(pinned), np.arange(0, count, OTHER_SIDE_EVERY)
+    told, others = np.flatnonzero(~unknown | pinned), np.arange(0, count, OTHER_SIDE_EVERY)
     limb, mirrored = _limb(middle, joint, axes), _limb(middle, other, axes) * _MIRRORED_LIMB
-    end = np.einsum("tba,tb->ta", own, np.where(pinned[:, None], pin_away, away))
+    end = np.einsum("tba,tb->ta", own, np.where(pinned[:, None], pin_away, away))[told]
     beyond = np.einsum("tba,tb->ta", beside, middle[:, other] - middle[:, PARENTS[other]]) * _MIRRORED
-    of_limb = np.concatenate([limb[known], limb[pins], mirrored[others]])
-    places = np.concatenate([end[known], end[pins], beyond[others]])
-    instants = np.concatenate([known, pins, others])
-    of_own = np.arange(len(places)) < len(known) + len(pins)
-    usual = places[of_own].mean(axis=0)
-    size = float(((places[of_own] - usual) ** 2).mean())
+    of_limb, places = np.concatenate([limb[told], mirrored[others]]), np.concatenate([end, beyond[others]])
+    instants, of_own = np.concatenate([told, others]), np.arange(len(places)) < len(told)
+    usual = end.mean(axis=0)
+    size = float(((end - usual) ** 2).mean())
     noise = np.full(len(places), NOISE_M**2)
-    noise[len(known) : len(known) + len(pins)] = PIN_M**2
+    noise[: len(told)][pinned[told]] = PIN_M**2
 
     def alike(limbs: Array, at: NDArray[np.int64], is_own: NDArray[np.bool_]) -> Array:
         lasts = _lasts(at[:, None] - instants) * (is_own[:, None] == of_own)
