@@ -91,7 +91,7 @@ def best_of(
     frames = frames / LIKE_FRAMES
     before = np.cumsum(frames[: at.start + 1][::-1])[::-1] + begins[: at.start + 1]
     after = np.concatenate([[0.0], np.cumsum(frames[at.stop :])]) + np.append(ends[at.stop :], 0.0)
-    before[:SLOPE] += NO_END
+    before[: SLOPE + 1] += NO_END  # where no jump is known: `jumps_of`
     after[-SLOPE:] += NO_END
     cost = before[:, None] + after
     apart = at.stop + np.arange(len(after)) - np.arange(len(before))[:, None]

@@ -16,7 +16,7 @@ from studio.engine.whole_take.mending.around import Around
 from studio.engine.whole_take.mending.changed import changed_frames
 from studio.engine.whole_take.mending.evidence import Erring
 from studio.engine.whole_take.mending.habit import Habit, habit
-from studio.engine.whole_take.mending.interval import erring, fading
+from studio.engine.whole_take.mending.interval import erring, fading, limb_of
 from studio.engine.whole_take.mending.middle import median_of
 from studio.engine.whole_take.mending.names import alike, by_names, exchanges, turned_back, turned_since
 from studio.engine.whole_take.mending.pinned import REACH_S, PinnedJoint, pinned
@@ -184,17 +184,24 @@ class _Wrong:
             self.lasts[found.rows] |= between
 
     def guess(self, unseen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Put the joint on a path through the pins where nothing tells of it; return where, as `gone`.
+        """Put the joint on a path through the pins where nothing tells of it, and with it what it carries; return
+        where, as `gone`.
 
         `unseen`: instants at which no camera sees it.
         """
         about, guessed = self._about, np.zeros_like(self.gone)
-        if self.lasts.any() or unseen.any():
-            known = np.isfinite(about.seen.tracks[:, :, about.joint, 0])
-            put = self.lasts & known | unseen[:, None]
-            mine = self.places[:, :, about.joint]
-            self.places[:, :, about.joint] = np.where(put[..., None], _path(about, self.lasts)[:, None], mine)
-            guessed[:, :, about.joint] = put
+        if not self.lasts.any() and not unseen.any():
+            return guessed
+        middle = about.middle.copy()
+        for joint in limb_of(about.joint)[0]:
+            put = self.lasts & np.isfinite(about.seen.tracks[:, :, joint, 0])
+            if joint == about.joint:
+                put |= unseen[:, None]
+            path = _path(about, middle, joint, self.lasts)
+            middle[put.any(axis=1), joint] = path[put.any(axis=1)]
+            self.places[:, :, joint] = np.where(put[..., None], path[:, None], self.places[:, :, joint])
+            self.gone[:, :, joint] &= ~put
+            guessed[:, :, joint] = put
         return guessed
 
 
@@ -250,26 +257,36 @@ def _leave_out_ends(gone: NDArray[np.bool_], found: Erring, errs: NDArray[np.boo
                 gone[row, :, list(found.joints)] |= by
 
 
-def _path(about: PinnedJoint, lasts: NDArray[np.bool_]) -> Array:
-    """The path of a joint of which cameras say nothing while they err, shape (count, 3) [m]: smooth through the pins,
-    about its parent where that is of its limb."""
-    joint, seen, axes, origin = about.joint, about.seen, about.axes, about.origin_m
+def _path(about: PinnedJoint, middle: Array, joint: int, lasts: NDArray[np.bool_]) -> Array:
+    """The path of a joint of which cameras say nothing while they err, shape (count, 3) [m]: smooth through its pins,
+    about its parent where that is of its limb.
+
+    Args:
+        about: pins of the joint, or of one that carries it.
+        middle: all joints [m], shape (count, 21, 3).
+        joint: index of the joint.
+        lasts: where cameras err, shape (count, camera_count).
+    """
+    seen, axes, origin = about.seen, about.axes, about.origin_m
+    flags = about.flags if joint == about.joint else np.zeros_like(about.flags)
     of_limb = CANONICAL[joint].split("_")[-1] in LIMB
     if of_limb:
-        origin = _smooth(about.middle[:, int(PARENTS[joint])])
+        origin = _smooth(middle[:, int(PARENTS[joint])])
     away, pin_away = seen.tracks[:, :, joint] - origin[:, None], about.place_m - origin
     away[lasts] = np.nan
     usual = Habit(axes, np.zeros_like(origin))
     if of_limb:
         known = median_of(away[:, :, None])[:, 0]
-        usual = habit(about.middle, known, about.flags, pin_away, joint, axes)
+        usual = habit(middle, known, flags, pin_away, joint, axes)
     local = np.einsum("tba,tcb->tca", usual.axes, away) - usual.path_m[:, None]
     pin = np.einsum("tba,tb->ta", usual.axes, pin_away) - usual.path_m
-    found = spread(local, about.flags, pin, seen.noise[:, :, joint])
+    found = spread(local, flags, pin, seen.noise[:, :, joint])
     away = np.einsum("tab,tb->ta", usual.axes, found.path_m + usual.path_m)
     if of_limb and about.performer is not None:
         length = about.performer.bones_m()[CANONICAL[joint]]
-        off = np.linalg.norm(pin_away[about.flags], axis=1).mean() / length  # the pin's own share
+        off = (
+            np.linalg.norm(pin_away[flags], axis=1).mean() / length if flags.any() else 1.0
+        )  # the pin's own share
         away *= (
             length * np.clip(off, *BONE_SHARE) / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-6)
         )

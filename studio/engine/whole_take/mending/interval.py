@@ -21,6 +21,7 @@ from studio.engine.whole_take.mending.around import STEP_S
 from studio.engine.whole_take.mending.evidence import (
     BONE_M,
     NEAR_M,
+    TELLS,
     Erring,
     best_of,
     bones_off,
@@ -48,6 +49,9 @@ HELD_M_S, HELD_STEPS, HELD_S = 0.15, 4, 0.2
 HELD_COST = -1000.0
 """Cost of a joint that is held in its place, less the steps in which a camera holds it, and less what else tells of
 an error: it is less than that of any other."""
+
+STANDS_COST = -2.0 * TELLS
+"""A joint that stands still may do so by itself: a shift of it costs less than this, else it is held there."""
 
 LATE_S = 0.2
 """A shank tells so late that its foot is held [s]: the knee first turns about it, as about a foot that stands."""
@@ -126,11 +130,12 @@ def erring(
         best_of(untold - right, unmoved, unmoved, at, own, np.zeros(3), in_body=False, follows=False)
     )
     best = min(found, key=lambda one: one.cost)
-    rows, still = (None, None) if best.is_seen and (best.follows or taken) else held(tracks, joint, at)
+    shifted = best.follows and best.cost < STANDS_COST
+    rows, still = (None, None) if shifted or (best.is_seen and taken) else held(tracks, joint, at)
     if rows is None or still is None:
         return best
     fits = _fits(tracks, joint, rows)
-    if best.is_seen:
+    if best.is_seen and not best.follows:
         rows = _where_wrong(fits, rows, best.rows)
     rows = left_behind(tracks, joint, at, rows, fits)
     cost = HELD_COST + min(best.cost, 0.0) - float(still[rows.start : rows.stop - 1].sum())

@@ -73,6 +73,17 @@ def test_a_joint_that_is_held_in_its_place_is_let_go_from_jump_to_jump():
     assert abs(error.rows.start - BEGIN) <= 2 and abs(error.rows.stop - END) <= 2
 
 
+def test_a_joint_that_stands_still_is_held_there_unless_much_tells_of_a_shift():
+    """One end of the shift, before a pin, is not in what is known around it."""
+    true = np.array([joints_m(0.05 * STEP_S * k) for k in range(COUNT)])
+    for size_m, follows in ((0.085, False), (0.2, True)):
+        tracks = seen(true)
+        tracks[:END, :, ARM] += size_m * np.array([1.0, -1.0, 1.0]) / np.sqrt(3.0)
+        error = found(tracks, true=true)
+        assert error.is_seen and error.follows == follows
+        assert error.rows.stop == END
+
+
 @pytest.mark.parametrize("away", [[0.0, 0.0, 0.15], [0.1, 0.1, 0.0]], ids=["up", "aside"])
 def test_a_pin_of_which_nothing_else_tells_fades_before_and_after_it(away: list[float]):
     tracks, at = seen(), slice(PIN, PIN + 1)
