@@ -61,6 +61,7 @@ class Erring:
         in_body: the axes are those of the body, not the stage's.
         follows: they move as they should but for the shift; else what is seen of them says nothing.
         cost: what it costs to take it for true; less than 0 = it explains what is seen.
+        held: cameras hold the joint in its place; a cost less than that of any other.
     """
 
     rows: slice
@@ -69,6 +70,7 @@ class Erring:
     in_body: bool
     follows: bool
     cost: float
+    held: bool = False
 
     @property
     def is_seen(self) -> bool:

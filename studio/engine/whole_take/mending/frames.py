@@ -16,7 +16,7 @@ from studio.engine.whole_take.mending.around import Around
 from studio.engine.whole_take.mending.changed import changed_frames
 from studio.engine.whole_take.mending.evidence import Erring
 from studio.engine.whole_take.mending.habit import Habit, habit
-from studio.engine.whole_take.mending.interval import erring, fading, limb_of
+from studio.engine.whole_take.mending.interval import erring, fading, likelier, limb_of
 from studio.engine.whole_take.mending.middle import median_of
 from studio.engine.whole_take.mending.names import alike, by_names, exchanges, turned_back, turned_since
 from studio.engine.whole_take.mending.pinned import REACH_S, PinnedJoint, pinned
@@ -231,7 +231,7 @@ def _likeliest(
         )
         told = ~turned[:, errs]  # both from the same readings
         own, other = (found_in(*one, told) for one in ((here, seen.noise), (named.tracks, named.noise)))
-        if other.is_seen and other.cost < own.cost and turned[other.rows].any():
+        if other.is_seen and likelier(other, own) and turned[other.rows].any():
             return other, named, turned
     return found, seen, np.zeros_like(seen.exchanged)
 

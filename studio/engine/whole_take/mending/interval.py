@@ -130,8 +130,8 @@ def erring(
         best_of(untold - right, unmoved, unmoved, at, own, np.zeros(3), in_body=False, follows=False)
     )
     best = min(found, key=lambda one: one.cost)
-    shifted = best.follows and best.cost < STANDS_COST
-    rows, still = (None, None) if shifted or (best.is_seen and taken) else held(tracks, joint, at)
+    sure = _is_shifted(best) or (best.is_seen and taken)
+    rows, still = (None, None) if sure else held(tracks, joint, at)
     if rows is None or still is None:
         return best
     fits = _fits(tracks, joint, rows)
@@ -139,7 +139,19 @@ def erring(
         rows = _where_wrong(fits, rows, best.rows)
     rows = left_behind(tracks, joint, at, rows, fits)
     cost = HELD_COST + min(best.cost, 0.0) - float(still[rows.start : rows.stop - 1].sum())
-    return Erring(rows, own, np.zeros(3), False, False, cost)
+    return Erring(rows, own, np.zeros(3), False, False, cost, held=True)
+
+
+def likelier(one: Erring, other: Erring) -> bool:
+    """Whether an error is likelier than another, of the same pin."""
+    if one.held != other.held:
+        return _is_shifted(one) if other.held else not _is_shifted(other)
+    return one.cost < other.cost
+
+
+def _is_shifted(error: Erring) -> bool:
+    """Whether it is a shift even if the joint stands still."""
+    return error.follows and error.cost < STANDS_COST
 
 
 def held(tracks: Array, joint: int, at: slice) -> tuple[slice | None, NDArray[np.int64]]:

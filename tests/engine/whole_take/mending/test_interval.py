@@ -1,12 +1,14 @@
 """A pin proves from when to when cameras were wrong, and how: on an arm whose true path is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.whole_take.mending.around import STEP_S
 from studio.engine.whole_take.mending.evidence import Erring
-from studio.engine.whole_take.mending.interval import erring, fading
+from studio.engine.whole_take.mending.interval import erring, fading, likelier
 from studio.engine.whole_take.mending.shifts import shift_of
 from tests.live.performer import calibration, joints_m
 
@@ -82,6 +84,16 @@ def test_a_joint_that_stands_still_is_held_there_unless_much_tells_of_a_shift():
         error = found(tracks, true=true)
         assert error.is_seen and error.follows == follows
         assert error.rows.stop == END
+
+
+@pytest.mark.parametrize(("cost", "wins"), [(-489.0, True), (-40.0, False)], ids=["sure", "weak"])
+def test_a_sure_shift_is_likelier_than_a_joint_that_is_held(cost: float, wins: bool):
+    """By the names of the other side a limb may be shifted that by its own stands still for a moment."""
+    rows, no_shift = slice(BEGIN, END), np.zeros(3)
+    held = Erring(rows, (WRIST,), no_shift, in_body=False, follows=False, cost=-1067.0, held=True)
+    shift = Erring(rows, (WRIST,), no_shift + 0.1, in_body=False, follows=True, cost=cost)
+    assert likelier(shift, held) == wins and likelier(held, shift) != wins
+    assert likelier(shift, replace(held, held=False, cost=0.0))
 
 
 @pytest.mark.parametrize("away", [[0.0, 0.0, 0.15], [0.1, 0.1, 0.0]], ids=["up", "aside"])
