@@ -42,6 +42,14 @@ class Performer:
         """Height of the hips over the floor in the T-pose [m]."""
         return float(self.offsets_m[INDEX["hips"], 2])
 
+    def trunk_shares(self) -> tuple[float, float]:
+        """Where the hips and the neck are between hip joints and shoulders; see `joints.USUAL_TRUNK`."""
+        at = self.offsets_m[:, 2].copy()
+        for joint, parent in enumerate(PARENTS.tolist()):
+            at[joint] = at[joint] + at[parent] if parent >= 0 else 0.0
+        low, high = at[INDEX["left_hip"]], at[INDEX["left_shoulder"]]
+        return float(-low / (high - low)), float((at[INDEX["neck"]] - low) / (high - low))
+
     def bones_m(self) -> dict[str, float]:
         """Length of each bone [m], by the canonical joint at its end."""
         return {

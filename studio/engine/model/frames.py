@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.joints import LIMB_ROOTS
+from studio.engine.model.joints import LIMB_ROOTS, on_trunk
 from studio.engine.model.rigid_body import PlacedBody, PlacedMarkers
 from studio.engine.timecode.timecode import Timecode
 
@@ -39,6 +39,10 @@ class PictureJoints:
     world_m: NDArray[np.float64]
     hands: NDArray[np.float64] | None = None
     face: NDArray[np.float64] | None = None
+
+    def of_body(self, trunk: tuple[float, float]) -> "PictureJoints":
+        """Return it with hips and neck where a body has them, which pictures do not show; see `joints.on_trunk`."""
+        return replace(self, pixels=on_trunk(self.pixels, trunk), world_m=on_trunk(self.world_m, trunk))
 
 
 @dataclass(frozen=True)

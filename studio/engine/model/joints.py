@@ -65,6 +65,11 @@ MEASURED_JOINTS: tuple[str, ...] = (
 )  # fmt: skip
 """The joints of the mean `mpjpe_mm`: 15 with the neck."""
 
+USUAL_TRUNK = (0.119, 0.970)
+"""Where the hips and the neck are on the line from between the hip joints (0) to between the shoulders (1), where
+nothing shows them: as in HumanIK's default character. Its hips are 6.3 cm above its hip joints, its neck is 1.6 cm
+below its shoulders, and 52.9 cm lie between those."""
+
 
 def _kinect_v2() -> tuple[str, ...]:
     return (
@@ -153,14 +158,29 @@ def _matrix(joint_set: str) -> NDArray[np.float64]:
     for column, name in enumerate(names):
         if name in mapping:
             matrix[INDEX[mapping[name]], column] = 1.0
-    if joint_set in ("openni", "mediapipe"):  # these have no pelvis joint: use the middle of the hip joints
+    if joint_set == "openni":  # it has no pelvis joint: use the middle of the hip joints
         for side in ("left", "right"):
             matrix[INDEX["hips"]] += matrix[INDEX[f"{side}_hip"]]
-    if joint_set == "mediapipe":  # it has no neck either: use the middle of the shoulders
-        for side in ("left", "right"):
-            matrix[INDEX["neck"]] += matrix[INDEX[f"{side}_shoulder"]]
     total = matrix.sum(axis=1, keepdims=True)
-    return np.divide(matrix, total, out=np.zeros_like(matrix), where=total > 0)
+    matrix = np.divide(matrix, total, out=np.zeros_like(matrix), where=total > 0)
+    return on_trunk(matrix) if joint_set == "mediapipe" else matrix  # that has neither hips nor neck
+
+
+def on_trunk(joints: NDArray[np.float64], shares: tuple[float, float] = USUAL_TRUNK) -> NDArray[np.float64]:
+    """Return joints with hips and neck on the line from between the hip joints to between the shoulders.
+
+    Args:
+        joints: canonical joints in any frame, of any number of values each, shape (..., 21, n); NaN = unseen.
+        shares: where on that line the hips and the neck are, as `USUAL_TRUNK`.
+    """
+    out = joints.copy()
+    low, high = (
+        (joints[..., INDEX[f"left_{name}"], :] + joints[..., INDEX[f"right_{name}"], :]) / 2
+        for name in ("hip", "shoulder")
+    )
+    for name, share in zip(("hips", "neck"), shares, strict=True):
+        out[..., INDEX[name], :] = (1.0 - share) * low + share * high
+    return out
 
 
 _MATRICES = {name: _matrix(name) for name in JOINT_SETS}

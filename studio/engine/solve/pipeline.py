@@ -15,7 +15,6 @@ from studio.engine.edits.pins import Pins
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.settings.settings import SolveSettings
-from studio.engine.model.triangulation.guess import GUESSED_HEIGHT_M
 from studio.engine.rigid_bodies.pins import pinned_by
 from studio.engine.solve.body import BodySolver
 from studio.engine.solve.conditioning.bone_length import BoneLengthLimit
@@ -51,8 +50,7 @@ class Pipeline:
         names = settings.camera_names(tuple(calibration.cameras))
         self._calibration, self._settings = calibration, settings
         cameras = {name: calibration.cameras[name] for name in names}
-        scale = calibration.performer.height_m / GUESSED_HEIGHT_M
-        self._sync = Synchroniser(cameras, ahead_ns=settings.ahead_ns, scale=scale)
+        self._sync = Synchroniser(cameras, ahead_ns=settings.ahead_ns, performer=calibration.performer)
         for camera, clock in self._clocks.items():
             self._sync.set_clock(camera, clock)
         self._fusion = make_fusion(settings)

@@ -10,11 +10,15 @@ from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.calibration.views.pictures import sees_no_depth
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
-from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.model.triangulation.rays import guessed, on_rays, placed
 
 _NEAR_NS = 40_000_000
 """Another camera's frame counts for an instant that is no further away."""
+
+
+_TOLD_BY_DEPTH = [INDEX["hips"], INDEX["neck"]]
+"""No picture shows these: where a depth camera sees them, it says where they are."""
 
 
 def with_points(
@@ -81,6 +85,8 @@ def _together(
         confidence[c] = frame.confidence
         if frame.picture is not None:
             positions[c] = on_rays(camera, frame.picture)
+            if not flat.all():
+                positions[c, _TOLD_BY_DEPTH] = np.nan
         else:
             positions[c] = transform_points(camera.T_stage_camera, frame.positions)
     return placed(positions, confidence, centres, flat)[0]

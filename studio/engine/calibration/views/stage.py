@@ -9,21 +9,17 @@ from studio.engine.calibration.performer.stage import find_stage
 from studio.engine.calibration.views.seen.bodies import USUAL_HEIGHT_M, Array, known_of
 from studio.engine.calibration.views.seen.view import COLUMNS
 from studio.engine.model.calibration import Performer
-from studio.engine.model.joints import INDEX, JOINT_COUNT
+from studio.engine.model.joints import JOINT_COUNT, on_trunk
 
 
 def canonical(joints: Array) -> Array:
     """Return joints of `view.JOINTS`, shape (..., 17, 3), as canonical ones, shape (..., 21, 3).
 
-    Hips and neck are the middles of the hip and shoulder joints; spine and chest are NaN.
+    Hips and neck are where they usually are in a trunk; spine and chest are NaN.
     """
     out = np.full((*joints.shape[:-2], JOINT_COUNT, 3), np.nan)
     out[..., COLUMNS, :] = joints
-    for middle, side in (("hips", "hip"), ("neck", "shoulder")):
-        out[..., INDEX[middle], :] = (
-            out[..., INDEX[f"left_{side}"], :] + out[..., INDEX[f"right_{side}"], :]
-        ) / 2
-    return out
+    return on_trunk(out)
 
 
 def to_stage(

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from studio.engine.base.geometry import matrices, quaternions, transform_points
 from studio.engine.calibration.cameras.noise import unbiased
-from studio.engine.model.calibration import CameraCalibration
+from studio.engine.model.calibration import CameraCalibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, HandSeen, PictureJoints, Reading
-from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.model.joints import JOINT_COUNT, USUAL_TRUNK
+from studio.engine.model.triangulation.guess import GUESSED_HEIGHT_M
 from studio.engine.model.triangulation.rays import (
     FREE_M,
     GUESSED_M,
@@ -170,18 +171,23 @@ class Synchroniser:
     """Collects camera frames and returns frame sets at stage times."""
 
     def __init__(
-        self, cameras: dict[str, CameraCalibration], *, ahead_ns: int = 0, scale: float = 1.0
+        self,
+        cameras: dict[str, CameraCalibration],
+        *,
+        ahead_ns: int = 0,
+        performer: Performer | None = None,
     ) -> None:
         """Collect frames of these cameras.
 
         Args:
             cameras: by name.
             ahead_ns: look-ahead of the readings beyond the instant of a frame set [ns].
-            scale: see `rays.guessed`.
+            performer: whose size and trunk pictures show; None = a usual one.
         """
         self._calibrations = cameras
         self._alone = len(cameras) == 1
-        self._scale = scale
+        self._scale = 1.0 if performer is None else performer.height_m / GUESSED_HEIGHT_M
+        self._trunk = USUAL_TRUNK if performer is None else performer.trunk_shares()
         self._ahead_ns = ahead_ns
         self._clocks: dict[str, ClockModel] = {name: camera.clock for name, camera in cameras.items()}
         self._cameras: dict[str, _Camera] = {name: _Camera() for name in cameras}
@@ -211,6 +217,7 @@ class Synchroniser:
             )
             camera.along_m = None
         else:
+            picture = picture.of_body(self._trunk)
             joints = self._of_picture(calibration, picture, frame.confidence)
             possible = ~np.isnan(joints[:, 0])
             camera.along_m = GUESSED_M if self._alone else FREE_M

@@ -14,7 +14,7 @@ from studio.engine.calibration.views.seen.view import View
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.frames import CameraFrame, PictureJoints
 from studio.engine.model.human.anthropometry import anthropometric_positions
-from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.model.joints import JOINT_COUNT, USUAL_TRUNK
 from tests.engine.calibration.views.synthetic import HEIGHT_M, camera_at, view_of
 from tests.simulator.short_demo import short_demo
 
@@ -80,6 +80,18 @@ def test_a_t_pose_is_measured_by_all_cameras_together(found: Calibration) -> Non
     assert measured is not None and measured.height_m == pytest.approx(TALL_M, rel=0.03)
 
 
+def test_a_depth_camera_says_where_hips_and_neck_are(found: Calibration) -> None:
+    left, right = (found.cameras[name] for name in ("left", "right"))
+    mixed = Calibration("deep", {"deep": replace(left, lens=None), "right": right}, None, floor_given=False)
+    pictures = [seen_in(right, "right", k) for k in range(60)]
+    shown = [
+        replace(frame, picture=frame.picture.of_body(USUAL_TRUNK)) for frame in pictures if frame.picture
+    ]
+    frames = {"deep": [seen_by_depth(left, k) for k in range(60)], "right": shown}
+    measured = with_performer(mixed, frames).performer
+    assert measured is not None and measured.trunk_shares() == pytest.approx((0.0, 1.042), abs=0.01)
+
+
 TALL_M = 1.62
 
 
@@ -96,6 +108,14 @@ def seen_in(camera: CameraCalibration, name: str, k: int) -> CameraFrame:
     )
 
 
+def seen_by_depth(camera: CameraCalibration, k: int) -> CameraFrame:
+    """The same T-pose before a depth camera at a camera's place."""
+    T = np.linalg.inv(camera.T_stage_camera)
+    local = anthropometric_positions(TALL_M) @ T[:3, :3].T + T[:3, 3]
+    device_ns = k * 33_000_000 - camera.clock.offset_ns
+    return CameraFrame("deep", k, device_ns, local, np.ones(JOINT_COUNT))
+
+
 def test_a_height_that_nobody_has_is_an_error(frames: dict[str, list[CameraFrame]]) -> None:
     with pytest.raises(SettingsError, match="height_m 175"):
         calibrate(frames, height_m=175.0)
@@ -107,9 +127,8 @@ def test_a_take_of_simulated_ordinary_cameras(tmp_path: Path, capsys: pytest.Cap
     assert main(["calibrate", str(tmp_path / "take"), "--height-m", "1.75"]) == 0
     assert "calibration 1 is in use" in capsys.readouterr().out
     stored = studio.open_take(tmp_path / "take").calibration().to_json()
-    assert stored["performer"] is not None and stored["performer"]["height_m"] == pytest.approx(
-        1.75, abs=0.01
-    )
+    assert stored["performer"] is not None
+    assert stored["performer"]["height_m"] == pytest.approx(1.772, abs=0.01)  # in shoes
     for camera in stored["cameras"].values():
         assert camera["intrinsics"] is not None and camera["intrinsics"]["fx"] > 500
         assert camera["verdict"] != "refused"
