@@ -111,7 +111,8 @@ def calibrate(
     Args:
         take: with raw frames.
         reference: the camera whose clock is the stage clock; None = the first.
-        height_m: the performer's; where no camera sees depth it gives the size of the stage (1.75 where None).
+        height_m: the performer's, without shoes; where no camera sees depth it gives the size of the stage (1.75 in
+            shoes where None).
         lenses: what is known of the lenses of cameras without depth.
         same_lens: all of those whose lens is not known have one focal length.
         readouts_ms: of cameras without depth, the time in which each reads a picture, first row to last [ms].

@@ -8,7 +8,7 @@ from msgspec import structs
 
 from studio.engine.base.errors import FormatError, SettingsError, TakeError
 from studio.engine.base.sentences import system_says
-from studio.engine.calibration.quality.verdict import check_height
+from studio.engine.calibration.quality.verdict import check_height, in_shoes
 from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
@@ -274,8 +274,8 @@ class LiveStage:
     ) -> None:
         """Gather frames for this long, then calibrate with them; the status shows the progress. Waits.
 
-        With a height, or the name of a performer who was measured, a walk of somebody of another height is refused.
-        To cameras that see no depth the height gives the size of the stage; `lenses` are of them.
+        With a height (without shoes) [m], or the name of a performer who was measured, a walk of somebody of another
+        height is refused. To cameras that see no depth the height gives the size of the stage; `lenses` are of them.
 
         Raises:
             SettingsError: a length or height that is not allowed, or a lens of a camera that has none to be known.
@@ -291,9 +291,10 @@ class LiveStage:
                 usual=CALIBRATION_S,
             )
         check_height(height_m)
-        if height_m is None and performer:
-            height_m = load_profile(self.sessions, performer).performer.height_m
-        self._engine.call(lambda: self._engine.start_calibration(seconds, height_m, lenses or KnownLenses()))
+        height = in_shoes(height_m)
+        if height is None and performer:
+            height = load_profile(self.sessions, performer).performer.height_m
+        self._engine.call(lambda: self._engine.start_calibration(seconds, height, lenses or KnownLenses()))
 
     def finish_calibration(self) -> None:
         """Calibrate with the frames gathered so far; waits.

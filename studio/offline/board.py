@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import CalibrationError, SettingsError
 from studio.engine.calibration.board import BoardFound, Sighting, with_board
 from studio.engine.calibration.calibrate import with_performer
-from studio.engine.calibration.quality.verdict import HEIGHTS_M
+from studio.engine.calibration.quality.verdict import HEIGHTS_M, in_shoes
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.cameras.lens import Lens
 from studio.engine.seeing.board import Board, BoardFinder, SeenBoard
@@ -45,7 +45,7 @@ def calibrated_by_board(
     Args:
         take: that keeps its videos.
         calibration: of the take, not yet stored.
-        height_m: the performer's, if it was given: it must agree.
+        height_m: the performer's without shoes, if it was given: it must agree.
         progress: receives the share done.
 
     Raises:
@@ -69,7 +69,7 @@ def calibrated_by_board(
     found, said = with_board(calibration, _sightings(videos, calibration, board, progress))
     performer = _measured(take, found)
     if performer.performer is not None:
-        _check_height(performer.performer.height_m, height_m)
+        _check_height(performer.performer.height_m, in_shoes(height_m))
     return _without_guess(performer), said
 
 

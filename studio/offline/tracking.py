@@ -16,6 +16,7 @@ from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.cameras.drift import follow_clocks
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.performer.floor import Floor
+from studio.engine.calibration.quality.verdict import check_height, in_shoes
 from studio.engine.calibration.views.drift import follow_views
 from studio.engine.calibration.views.pictures import sees_no_depth
 from studio.engine.calibration.views.seen.known_lens import KnownLens, check_lenses
@@ -215,8 +216,8 @@ def calibrate_take(
     floor. All of the take is used if its calibration part is too short for a walk.
 
     Args:
-        height_m: the performer's; without depth it gives the size of the stage, else it is compared with what is
-            measured.
+        height_m: the performer's, without shoes; without depth it gives the size of the stage, else it is compared
+            with what is measured.
         lenses: what is known of the lenses of cameras without depth.
         same_lens: all of those whose lens is not known have one focal length.
         readouts_ms: of cameras without depth, see `CameraCalibration`; 0 where none is given.
@@ -242,12 +243,13 @@ def calibrate_take(
             name=reference,
             names=[*frames],
         )
+    check_height(height_m)
     check_lenses(lenses or {}, [name for name, mine in frames.items() if sees_no_depth(mine)])
     calibration = calibrate(
         frames,
         reference=reference,
         until_s=until_s,
-        height_m=height_m,
+        height_m=in_shoes(height_m),
         floors=floors,
         clocks_within_s=take.common_clocks(),
         lenses=lenses,

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.base.geometry import fit_rigid, transform_points
 from studio.engine.calibration.calibrate import calibrate, with_performer
+from studio.engine.calibration.quality.verdict import in_shoes
 from studio.engine.calibration.views.drift import follow_views
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
@@ -157,7 +158,7 @@ def parts(shot: Shot) -> Iterator[tuple[str, str]]:
         for name, frames in shot.frames.items()
     }
     true_cameras = with_performer(cameras_only, until)
-    own = calibrate(shot.frames, until_s=shot.start_s, height_m=height_m)
+    own = calibrate(shot.frames, until_s=shot.start_s, height_m=in_shoes(height_m))
     own = follow_views(own, shot.frames, shot.start_s)
     if own.refused:
         yield "refused", "; ".join(own.reasons())

@@ -39,7 +39,9 @@ def test_a_take_is_calibrated_by_its_board_anew_and_as_before(tmp_path: Path, pa
         assert sheet.value.locator("svg path").count() == 1
         sheet.value.close()
         dialog.get_by_role("button", name="Calibrate", exact=True).click()
-        expect(messages).to_contain_text(re.compile(r"Cameras: \d .*The performer is 1\.[78]\d m tall"))
+        expect(messages).to_contain_text(
+            re.compile(r"Cameras: \d .*The performer is 1\.[78]\d m tall in shoes")
+        )
         expect(dialog.locator(".verdict")).to_have_count(2)
         assert found_by_axe(page) == []
         expect(dialog).to_contain_text(re.compile(r"is known to .* cm and .* degrees only"))
@@ -51,7 +53,7 @@ def test_a_take_is_calibrated_by_its_board_anew_and_as_before(tmp_path: Path, pa
         dialog.locator("#board").select_option("")
         dialog.locator("#take-tall").fill("1.6")
         dialog.get_by_role("button", name="Calibrate", exact=True).click()
-        expect(messages).to_contain_text("The performer is 1.60 m tall")
+        expect(messages).to_contain_text("The performer is 1.62 m tall in shoes")
         dialog.get_by_role("button", name="Close").click()
         assert Take.open(made.path).meta["calibration"] == 2
         with page.expect_response("**/calibrations/in_use"):

@@ -51,7 +51,7 @@ class CalibrationRequest(Request):
     performer: str = Field(default="", description="who walks; somebody of another height is refused")
     height_m: float | None = Field(
         default=None,
-        description="the performer's height; where no camera sees depth, it gives the size of the stage",
+        description="the performer's height without shoes [m]; where no camera sees depth, it gives the stage's size",
     )
     lenses: dict[str, LensRequest] = LENSES
     same_lens: bool = SAME_LENS

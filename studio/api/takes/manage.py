@@ -82,7 +82,7 @@ class CalibrateRequest(Body):
     )
     height_m: float | None = Field(
         default=None,
-        description="the performer's height; where no camera sees depth, it gives the size of the stage",
+        description="the performer's height without shoes [m]; where no camera sees depth, it gives the stage's size",
     )
     lenses: dict[str, LensRequest] = LENSES
     same_lens: bool = SAME_LENS

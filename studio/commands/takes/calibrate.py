@@ -30,7 +30,8 @@ def add_parser(subparsers: Any) -> None:
         "--height-m",
         metavar="M",
         type=float,
-        help="the performer's height; where no camera sees depth, it gives the size of the stage (default: 1.75)",
+        help="the performer's height without shoes; where no camera sees depth, it gives the size of the stage "
+        "(default: 1.75 in shoes)",
     )
     parser.add_argument(
         "--lens",
@@ -160,7 +161,7 @@ def _summary(result: "CalibrationJson") -> str:
         )
     lines = [table(rows)]
     if result["performer"] is not None:
-        lines.append(f"performer: {result['performer']['height_m']:.2f} m tall")
+        lines.append(f"performer: {result['performer']['height_m']:.2f} m tall in shoes")
     lines += [
         f"{name}: {reason}"
         for name, camera in result["cameras"].items()

@@ -10,6 +10,7 @@ from studio.engine.base.sentences import Said, say
 from studio.engine.base.value_sentences import bad_value
 from studio.engine.calibration.quality.halves import Halves
 from studio.engine.calibration.quality.steadiness import MOVED_M, CameraShift
+from studio.engine.model.human.anthropometry import IN_SHOES
 from studio.engine.model.spans import Span
 
 MIN_PAIRS = 2000
@@ -216,6 +217,12 @@ def check_height(height_m: float | None) -> None:
     if height_m is not None and not HEIGHTS_M[0] <= height_m <= HEIGHTS_M[1]:
         allowed = f"{HEIGHTS_M[0]} to {HEIGHTS_M[1]}, the performer's height in metres"
         raise SettingsError(bad_value("height_m", height_m, allowed))
+
+
+def in_shoes(height_m: float | None) -> float | None:
+    """Return the height of a performer from the sole [m], as a calibration has it, by that without shoes, which
+    people know; None = not known."""
+    return None if height_m is None else min(height_m * IN_SHOES, HEIGHTS_M[1])
 
 
 def clock_uncertain(offset_sd_s: float) -> Said:

@@ -42,6 +42,11 @@ hip center location prediction methods", 1990. Spine and chest divide the trunk 
 """
 
 
+IN_SHOES = (1.0 - TOP_OF_HEAD - ANTHROPOMETRIC["left_ankle"][2]) / (1.0 - TOP_OF_HEAD - ANKLE_HEIGHT)
+"""Height from the sole, as calibrations have it, relative to that without shoes, as people know it: what lies between
+ankles and head is the same."""
+
+
 def anthropometric_positions(height_m: float) -> NDArray[np.float64]:
     """Return the joints of an average person in a T-pose on the stage [m], shape (21, 3)."""
     out = np.zeros((JOINT_COUNT, 3))

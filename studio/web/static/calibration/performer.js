@@ -60,7 +60,7 @@ export function updatePerformer({ calibration, cameras, stale }, ready) {
     panel.state = tpose.state;
     if (tpose.state === "done") attempt(loadProfiles);
   }
-  setText(byId("performer-height"), calibration.height_m ? `${number(calibration.height_m, 2)} m` : "");
+  setText(byId("performer-height"), calibration.height_m ? t("performer.in_shoes", { m: number(calibration.height_m, 2) }) : "");
   const flat = withoutDepth(cameras).length > 0;
   redraw(byId("performer"), [busy, ready, flat, panel.profiles], () => build(busy, ready, flat));
   setText(byId("tpose-words"), stale ? "" : words(tpose));

@@ -7,7 +7,7 @@ export default {
   "cameras.add": ["Add a camera", "Ajouter une caméra"],
   "cameras.add_more": ["Other cameras", "Autres caméras"],
   "cameras.stop": ["Stop these cameras", "Arrêter ces caméras"],
-  "cameras.simulated": ["Two simulated cameras watch a simulated performer, who walks, moves, and holds a T-pose every quarter of a minute.", "Deux caméras simulées regardent un interprète simulé, qui marche, bouge et tient une pose en T tous les quarts de minute."],
+  "cameras.simulated": ["Simulated cameras watch a simulated performer, who walks, moves, and holds a T-pose every quarter of a minute.", "Des caméras simulées regardent un interprète simulé, qui marche, bouge et tient une pose en T tous les quarts de minute."],
   "cameras.simulated_several": ["Simulated cameras watch {n} simulated performers: one walks for a minute, then the others come in, hold a T-pose and perform for a minute.", "Des caméras simulées regardent {n} interprètes simulés : l'un marche une minute, puis les autres entrent, tiennent une pose en T et jouent une minute."],
   "cameras.playing": ["The recording {name} plays as cameras.", "L'enregistrement {name} est joué comme caméras."],
   "cameras.starting": ["The cameras start; they are here in a few seconds", "Les caméras démarrent ; elles sont là dans quelques secondes"],

@@ -48,7 +48,7 @@ export default {
   "wizard.measured": ["This is your height. Right within 3 cm? Then go on.", "C'est votre taille. Juste à 3 cm près ? Alors continuez."],
   "wizard.skip": ["Go on without", "Continuer sans"],
   "wizard.ready": ["Ready to record", "Prêt à enregistrer"],
-  "wizard.ready_height": ["The performer is {height} m tall.", "L'interprète mesure {height} m."],
+  "wizard.ready_height": ["The performer is {height} m tall in shoes.", "L'interprète mesure {height} m chaussé."],
   "wizard.finish": ["To the stage", "Vers le plateau"],
   "wizard.pose_again": ["T-pose again", "Refaire la pose en T"],
   "wizard.sound_on": ["Sound on", "Son activé"],

@@ -85,7 +85,7 @@ export default {
   "take.calibrate_again_words": ["The new calibration is used from then on, and Undo brings back the present one. Solves stay as they are until they are made again.", "La nouvelle calibration servira ensuite, et Annuler rend l'actuelle. Les calculs restent tels quels jusqu'à ce qu'on les refasse."],
   "take.calibrated_as": ["{name} is calibrated. Cameras: {cameras}.", "{name} est calibrée. Caméras : {cameras}."],
   "take.calibration_of": ["Calibration of {name}", "Calibration de {name}"],
-  "take.calibrated_tall": ["The performer is {m} m tall.", "L'interprète mesure {m} m."],
+  "take.calibrated_tall": ["The performer is {m} m tall in shoes.", "L'interprète mesure {m} m chaussé."],
   "take.uncalibrated": ["not calibrated", "non calibrée"],
   "take.solving": ["Solving", "Calcul en cours"],
   "take.solve_label": ["Solve {name}", "Calculer {name}"],
