@@ -14,7 +14,7 @@ from studio.engine.base.sentences import Sentence, about, codes_of, say, with_co
 from studio.engine.base.versions import CALIBRATION
 from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.frames import ClockModel
-from studio.engine.model.joints import CANONICAL, INDEX, LIMB_ROOTS, PARENTS
+from studio.engine.model.joints import CANONICAL, INDEX, LIMB_ROOTS, PARENTS, USUAL_TRUNK
 from studio.engine.model.spans import Span, SpanJson
 
 LONGEST_READOUT_MS = 100.0
@@ -64,6 +64,11 @@ class Performer:
             if joint != root:
                 reach[joint] = reach[parent] + np.linalg.norm(self.offsets_m[joint])
         return np.where(LIMB_ROOTS == np.arange(len(CANONICAL)), np.inf, reach)
+
+
+def trunk_of(performer: Performer | None) -> tuple[float, float]:
+    """Return where a performer's hips and neck are in pictures, as `joints.USUAL_TRUNK`, which an unknown one has."""
+    return USUAL_TRUNK if performer is None else performer.trunk_shares()
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from studio.engine.base.geometry import matrices, quaternions, transform_points
 from studio.engine.calibration.cameras.noise import unbiased
-from studio.engine.model.calibration import CameraCalibration, Performer
+from studio.engine.model.calibration import CameraCalibration, Performer, trunk_of
 from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, HandSeen, PictureJoints, Reading
-from studio.engine.model.joints import JOINT_COUNT, USUAL_TRUNK
+from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.model.triangulation.guess import GUESSED_HEIGHT_M
 from studio.engine.model.triangulation.rays import (
     FREE_M,
@@ -187,7 +187,7 @@ class Synchroniser:
         self._calibrations = cameras
         self._alone = len(cameras) == 1
         self._scale = 1.0 if performer is None else performer.height_m / GUESSED_HEIGHT_M
-        self._trunk = USUAL_TRUNK if performer is None else performer.trunk_shares()
+        self._trunk = trunk_of(performer)
         self._ahead_ns = ahead_ns
         self._clocks: dict[str, ClockModel] = {name: camera.clock for name, camera in cameras.items()}
         self._cameras: dict[str, _Camera] = {name: _Camera() for name in cameras}

@@ -10,10 +10,10 @@ from scipy.ndimage import gaussian_filter1d
 from studio.engine.base.geometry import transform_points
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.edits.frames import places_between, stage_s
-from studio.engine.model.calibration import Calibration
+from studio.engine.model.calibration import Calibration, trunk_of
 from studio.engine.model.cameras.joint_noise import JOINT_FACTOR
 from studio.engine.model.frames import CameraFrame
-from studio.engine.model.joints import INDEX, JOINT_COUNT, LIMB_ROOTS, MIRROR, USUAL_TRUNK
+from studio.engine.model.joints import INDEX, JOINT_COUNT, LIMB_ROOTS, MIRROR
 from studio.engine.model.triangulation.rays import nearest_on_rays, on_rays, placed
 from studio.engine.whole_take.mending.middle import filled, median_of
 from studio.engine.whole_take.mending.sides import exchanged_sides
@@ -133,8 +133,7 @@ def _of_camera(
     camera, times = calibration.cameras[name], np.array([time_of(frame) for frame in found])
     pictures = [frame.picture for frame in found if frame.picture is not None]
     if len(pictures) == len(found):
-        who = calibration.performer
-        trunk = USUAL_TRUNK if who is None else who.trunk_shares()
+        trunk = trunk_of(calibration.performer)
         positions = np.array([on_rays(camera, picture.of_body(trunk)) for picture in pictures])
     else:
         seen = unbiased(np.array([frame.positions for frame in found]), camera.depth_bias_m)
