@@ -8,7 +8,7 @@ from msgspec import structs
 
 from studio.engine.base.errors import FormatError, SettingsError, TakeError
 from studio.engine.base.sentences import system_says
-from studio.engine.calibration.quality.verdict import check_height, in_shoes
+from studio.engine.calibration.quality.verdict import in_shoes
 from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
@@ -290,7 +290,6 @@ class LiveStage:
                 most=MAX_CALIBRATION_S,
                 usual=CALIBRATION_S,
             )
-        check_height(height_m)
         height = in_shoes(height_m)
         if height is None and performer:
             height = load_profile(self.sessions, performer).performer.height_m

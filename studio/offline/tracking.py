@@ -16,7 +16,7 @@ from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.cameras.drift import follow_clocks
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.performer.floor import Floor
-from studio.engine.calibration.quality.verdict import check_height, in_shoes
+from studio.engine.calibration.quality.verdict import in_shoes
 from studio.engine.calibration.views.drift import follow_views
 from studio.engine.calibration.views.pictures import sees_no_depth
 from studio.engine.calibration.views.seen.known_lens import KnownLens, check_lenses
@@ -243,13 +243,13 @@ def calibrate_take(
             name=reference,
             names=[*frames],
         )
-    check_height(height_m)
+    height = in_shoes(height_m)
     check_lenses(lenses or {}, [name for name, mine in frames.items() if sees_no_depth(mine)])
     calibration = calibrate(
         frames,
         reference=reference,
         until_s=until_s,
-        height_m=in_shoes(height_m),
+        height_m=height,
         floors=floors,
         clocks_within_s=take.common_clocks(),
         lenses=lenses,

@@ -23,7 +23,8 @@ RIGS = (2, 3, 4)
 def error_mm(motion: Path, cameras: int, seed: int, folder: Path) -> tuple[float, float]:
     """Return the finished solve's mean error of the joints, aligned as a whole; and of those but hips and neck.
 
-    Landmarks show both only as middles of hip and shoulder joints; the recordings have them up to 13 cm beside those.
+    Landmarks show neither: they are put where HumanIK's default character has them, and the recordings have them
+    elsewhere.
     """
     take = studio.simulate(motion, folder / "take", cameras=cameras, tracker="rgb", seed=seed)
     studio.calibrate(take, height_m=stature_m(stage_motion(motion)[0].offsets_m))

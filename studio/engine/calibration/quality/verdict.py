@@ -221,7 +221,12 @@ def check_height(height_m: float | None) -> None:
 
 def in_shoes(height_m: float | None) -> float | None:
     """Return the height of a performer from the sole [m], as a calibration has it, by that without shoes, which
-    people know; None = not known."""
+    people know; None = not known.
+
+    Raises:
+        SettingsError: no performer has it.
+    """
+    check_height(height_m)
     return None if height_m is None else min(height_m * IN_SHOES, HEIGHTS_M[1])
 
 

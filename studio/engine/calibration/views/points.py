@@ -16,7 +16,6 @@ from studio.engine.model.triangulation.rays import guessed, on_rays, placed
 _NEAR_NS = 40_000_000
 """Another camera's frame counts for an instant that is no further away."""
 
-
 _TOLD_BY_DEPTH = [INDEX["hips"], INDEX["neck"]]
 """No picture shows these: where a depth camera sees them, it says where they are."""
 

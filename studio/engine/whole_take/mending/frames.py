@@ -197,8 +197,10 @@ class _Wrong:
             put = self.lasts & np.isfinite(about.seen.tracks[:, :, joint, 0])
             if joint == about.joint:
                 put |= unseen[:, None]
-            path = _path(about, middle, joint, self.lasts)
-            middle[put.any(axis=1), joint] = path[put.any(axis=1)]
+            if not put.any():
+                continue  # no camera has this joint
+            path, rows = _path(about, middle, joint, self.lasts), put.any(axis=1)
+            middle[rows, joint] = path[rows]
             self.places[:, :, joint] = np.where(put[..., None], path[:, None], self.places[:, :, joint])
             self.gone[:, :, joint] &= ~put
             guessed[:, :, joint] = put

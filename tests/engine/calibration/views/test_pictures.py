@@ -9,6 +9,7 @@ import pytest
 import studio
 from studio.__main__ import main
 from studio.engine.base.errors import CalibrationError, SettingsError
+from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.calibration.calibrate import calibrate, with_performer
 from studio.engine.calibration.views.seen.view import View
 from studio.engine.model.calibration import Calibration, CameraCalibration
@@ -95,11 +96,14 @@ def test_a_depth_camera_says_where_hips_and_neck_are(found: Calibration) -> None
 TALL_M = 1.62
 
 
+def t_pose_before(camera: CameraCalibration) -> np.ndarray:
+    return transform_points(invert_transform(camera.T_stage_camera), anthropometric_positions(TALL_M))
+
+
 def seen_in(camera: CameraCalibration, name: str, k: int) -> CameraFrame:
     """A T-pose before the middle of a calibrated stage, in a picture with a little noise."""
     assert camera.lens is not None
-    T = np.linalg.inv(camera.T_stage_camera)
-    local = anthropometric_positions(TALL_M) @ T[:3, :3].T + T[:3, 3]
+    local = t_pose_before(camera)
     pixels = camera.lens.pixels_of(local) + np.random.default_rng(k).normal(0.0, 1.0, (JOINT_COUNT, 2))
     picture = PictureJoints(camera.lens.width, camera.lens.height, pixels, local - local[0])
     device_ns = k * 33_000_000 - camera.clock.offset_ns
@@ -110,10 +114,8 @@ def seen_in(camera: CameraCalibration, name: str, k: int) -> CameraFrame:
 
 def seen_by_depth(camera: CameraCalibration, k: int) -> CameraFrame:
     """The same T-pose before a depth camera at a camera's place."""
-    T = np.linalg.inv(camera.T_stage_camera)
-    local = anthropometric_positions(TALL_M) @ T[:3, :3].T + T[:3, 3]
     device_ns = k * 33_000_000 - camera.clock.offset_ns
-    return CameraFrame("deep", k, device_ns, local, np.ones(JOINT_COUNT))
+    return CameraFrame("deep", k, device_ns, t_pose_before(camera), np.ones(JOINT_COUNT))
 
 
 def test_a_height_that_nobody_has_is_an_error(frames: dict[str, list[CameraFrame]]) -> None:
