@@ -67,6 +67,11 @@ class Trace:
         fused = _unpacked(self.fused_half_mm[frame])
         return frames, FusedSkeleton(fused, sure, np.full(JOINT_COUNT, np.nan), self.used[frame])
 
+    def seen(self, rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the cameras' joints in some frames [m], shape (row_count, camera_count, 21, 3), and which of them
+        were used."""
+        return _unpacked(self.camera_half_mm[rows]), self.used[rows]
+
     def part(self, rows: "slice | NDArray[np.int64]") -> "Trace":
         """Return some of the frames."""
         keys = ("time_ns", "camera_half_mm", "fused_half_mm", "confidence", "used", "reason")

@@ -9,7 +9,8 @@ from studio.engine.edits.edit import Edit, RetimeEdit
 from studio.engine.metrics.cleanup.solve import solve_cleanup
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
-from studio.offline.edits.offers import apply_offers, offers
+from studio.offline.edits.applying import apply_offers
+from studio.offline.edits.offers import offers
 from studio.offline.replay import solved_with
 from studio.take.edits.carry import carried
 from studio.take.edits.change import change_edits
@@ -81,7 +82,7 @@ def mend(take: Take, settings: SolveSettings, *, progress: Callable[[float], Non
             return solved([*others, *edits])[who].poses
 
         found = offers(before.poses, before.trace, start_s=start_s, performer=performer)
-        applied, after[performer] = apply_offers(found, before.poses, poses, start_s=start_s)
+        applied, after[performer] = apply_offers(found, before.poses, before.trace, poses, start_s=start_s)
         made += applied
     if made and len(first) > 1:  # what mends one may move the other
         after = {performer: one.poses for performer, one in solved(made).items()}

@@ -1,6 +1,6 @@
 """What to mend, in order: the clean-up events of a solve, what caused each, and the edit that would mend it."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,9 @@ second [s]."""
 
 CAUSE_M = 0.08
 """A camera caused an event if its joint is off the course by more than this [m]."""
+
+BEYOND_S = 0.25
+"""A camera that errs often does so for longer than the event lasts, by up to this on either side [s]."""
 
 FEET = ("left_ankle", "left_toe", "right_ankle", "right_toe")
 
@@ -94,7 +97,7 @@ def _edits(
     begin, end = event["start_s"] - 0.5 * ABOUT_S, event["end_s"] + 0.5 * ABOUT_S
     limb = tuple(name for name in CANONICAL if limb_of(name) == limb_of(joint))
     if event["kind"] in ("stance_slide", "floor_penetration") and joint in FEET:
-        for one in (joint, f"{joint.split('_')[0]}_ankle"):
+        for one in dict.fromkeys((joint, f"{joint.split('_')[0]}_ankle")):
             yield ContactEdit(id=id_, joint=one, start_s=begin, end_s=end, performer=performer, note=note)
     if camera is not None:
         yield LeaveOutEdit(
@@ -121,6 +124,16 @@ def _edits(
             id=id_, joint=foot, touches="nothing", start_s=begin, end_s=end, performer=performer, note=note
         )
     yield LeaveOutEdit(id=id_, joints=(joint,), start_s=begin, end_s=end, performer=performer, note=note)
+    if camera is not None:
+        yield LeaveOutEdit(
+            id=id_,
+            camera=camera,
+            joints=limb,
+            start_s=begin - BEYOND_S,
+            end_s=end + BEYOND_S,
+            performer=performer,
+            note=note,
+        )
 
 
 def _course(poses: Poses, joint: int, at: int) -> Array | None:
@@ -152,69 +165,3 @@ def _cause(event: CleanupEventJson, joint: int, poses: Poses, trace: Trace) -> t
         if np.isfinite(away).any() and np.nanmax(away) > best[1]:
             best = int(np.nanargmax(away)), float(np.nanmax(away))
     return best if best[1] > CAUSE_M else (None, best[1])
-
-
-Solve = Callable[[Sequence[Edit]], Poses]
-"""Solves the take with edits."""
-
-NEAR_S, MOVED_M = 0.5, 0.005
-"""Beyond this time from an edit nothing may move by more than this [s], [m]."""
-
-
-def apply_offers(
-    found: Sequence[Offer], before: Poses, solve: Solve, *, start_s: float | None = None
-) -> tuple[list[Edit], Poses]:
-    """Return the offered edits that remove their events, create no other and move nothing else, and the solve with
-    them.
-
-    All are tried at once; those that a solve proves wrong are left out of the next, until none is. Then events that
-    are left have their next edits tried with those that are kept.
-
-    Args:
-        found: by `offers`.
-        before: the solve without them.
-        solve: with some of them; its frames are those of `before`.
-        start_s: as for `offers`.
-    """
-    kept: dict[int, Edit] = {}
-    best = before
-    old = solve_cleanup(before, start_s=start_s)["cleanup_events"] or []
-    for turn in range(max((len(offer.edits) for offer in found), default=0)):
-        tried = kept | {
-            k: offer.edits[turn] for k, offer in enumerate(found) if k not in kept and turn < len(offer.edits)
-        }
-        while tried.keys() != kept.keys():
-            after = solve(list(tried.values()))
-            new = solve_cleanup(after, start_s=start_s)["cleanup_events"] or []
-            wrong = {k for k in tried if _still(found[k].event, new)}
-            wrong |= {_nearest(tried, one["peak_s"]) for one in new if not _still(one, old)}
-            wrong |= {_nearest(tried, at_s) for at_s in _moved_outside_s(tried.values(), before, after)}
-            if not wrong:
-                kept, best = tried, after
-                break
-            tried = {k: edit for k, edit in tried.items() if k not in wrong}
-    return list(kept.values()), best
-
-
-def _still(event: CleanupEventJson, events: Sequence[CleanupEventJson]) -> bool:
-    """Whether an event is among others: of its kind and limb, at the same time."""
-    return any(
-        one["kind"] == event["kind"]
-        and limb_of(one["joint"]) == limb_of(event["joint"])
-        and one["start_s"] <= event["end_s"] + ABOUT_S
-        and one["end_s"] >= event["start_s"] - ABOUT_S
-        for one in events
-    )
-
-
-def _nearest(tried: Mapping[int, Edit], at_s: float) -> int:
-    """The edit nearest to a time, by its key."""
-    return min(tried, key=lambda k: max(tried[k].start_s - at_s, at_s - tried[k].end_s, 0.0))
-
-
-def _moved_outside_s(tried: Iterable[Edit], before: Poses, after: Poses) -> list[float]:
-    """Times of frames that moved too far away from any edit [s]."""
-    moved = np.linalg.norm(after.positions_m - before.positions_m, axis=2).max(axis=1) > MOVED_M
-    for edit in tried:
-        moved &= (before.time_s < edit.start_s - NEAR_S) | (before.time_s > edit.end_s + NEAR_S)
-    return before.time_s[moved].tolist()

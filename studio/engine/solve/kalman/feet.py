@@ -88,6 +88,7 @@ class StandingFeet:
         self._stands = np.zeros(4, dtype=bool)
         self._velocity = np.zeros((4, 3))
         self._slid = np.zeros(4, dtype=bool)
+        self._asked_s = np.zeros(4)  # for how long an operator has had them stand
 
     def held(
         self,
@@ -157,15 +158,20 @@ class StandingFeet:
     def _obey(
         self, stands: NDArray[np.int8], stood: NDArray[np.bool_], at: Array, here: Array, dt: float
     ) -> None:
-        """Put feet down and release them as an operator says; `stood`, `at`: which stood before, and where."""
+        """Put feet down and release them as an operator says; `stood`, `at`: which stood before, and where.
+
+        The place of a foot that stands by that is the mean of where the state has had it: it moves less and less.
+        """
         step = dt / FADE_S
+        self._asked_s = np.where(stands > 0, self._asked_s + dt, 0.0)
         for k in np.flatnonzero(stands):
             was_found = self._stands[k]
             self._stands[k] = stands[k] > 0
             if stands[k] < 0:
                 self._held[k] = max(self._held[k] - (2.0 * step if was_found else 0.0), 0.0)
                 continue
-            self._at[k] = at[k] if stood[k] else here[k]  # it does not follow the state then
+            share = dt / max(self._asked_s[k], DRIFT_S)
+            self._at[k] = at[k] + share * (here[k] - at[k]) if stood[k] else here[k]
             self._at[k, 2] = self._rest[k] + (self.stand_m or 0.0)
             self._held[k] = min(self._held[k] + (0.0 if was_found else 2.0 * step), 1.0)
 

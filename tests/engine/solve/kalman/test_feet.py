@@ -87,3 +87,16 @@ def test_a_foot_that_points_through_the_floor_is_lifted_whole(feet):
         out = feet.held(q, np.zeros(NV), place, DT)
     least = LEAST_HEIGHT * feet_of(HUMANOID.rest_qpos)[:, 2] + feet.floor_m
     assert (feet_of(out)[:, 2] > least - 0.005).all()
+
+
+def test_a_foot_that_stands_by_an_edit_comes_to_the_mean_of_where_it_was_seen(feet):
+    rng, stands = np.random.default_rng(0), np.ones(4, dtype=np.int8)
+    sway = 0.02 * rng.standard_normal(480)
+    sway[0] = 0.05  # where it was seen first is far off
+    out = []
+    for metres in sway:
+        out.append(feet_of(feet.held(moved(metres), np.zeros(NV), PLACE, DT, stands))[:, 0])
+    off = np.abs(np.array(out) - feet_of(HUMANOID.rest_qpos)[:, 0])
+    assert off[0].min() > 0.03 and off[-1].max() < 0.008
+    late = np.diff(np.array(out)[240:], axis=0) / DT
+    assert np.abs(late).mean() < 0.03
