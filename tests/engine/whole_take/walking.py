@@ -27,6 +27,7 @@ from studio.engine.model.cameras.lens import Lens
 from studio.engine.model.frames import CameraFrame, PictureJoints, StepResult
 from studio.engine.model.human.face import seen_in
 from studio.engine.model.joints import (
+    CANONICAL,
     INDEX,
     JOINT_COUNT,
     MEASURED_JOINTS,
@@ -35,7 +36,8 @@ from studio.engine.model.joints import (
     to_canonical,
 )
 from studio.engine.model.settings.settings import SolveSettings
-from studio.engine.model.triangulation.rays import on_rays, placed
+from studio.engine.model.triangulation.rays import ACROSS_PER_M, nearest_on_rays, on_rays, placed
+from studio.engine.model.triangulation.triangulation import triangulate
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.whole_take.finisher import Finisher
 from studio.take.video.landmarks import landmarks_of
@@ -43,6 +45,7 @@ from studio.wire import LandmarkArrays
 
 MEASURED = [INDEX[name] for name in MEASURED_JOINTS]
 _CUTOFF_HZ = 6.0
+_SURE = 0.7
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,28 @@ class PicturedWalk:
             sure = np.array([f.confidence for f in frames])
             joints.append(placed(found, sure, centres, np.ones(len(centres), bool))[0])
         return np.swapaxes(np.array(joints), 0, 1)
+
+    def missed_mm(self) -> NDArray[np.float64]:
+        """How far each camera's rays miss the joints that the others place, median of the sure ones, shape (21,)."""
+        centres = np.array([camera.T_stage_camera[:3, 3] for camera in self.cameras.values()])
+        missed = []
+        for frames in zip(*self.frames.values(), strict=True):
+            ends = np.array(
+                [on_rays(self.cameras[f.camera], f.picture) for f in frames if f.picture is not None]
+            )
+            sure = np.array([f.confidence for f in frames])
+            if len(ends) < len(frames):
+                continue
+            for c in range(len(centres)):
+                others = np.arange(len(centres)) != c
+                errors = ACROSS_PER_M / np.maximum(sure[others], 0.05)
+                places = triangulate(ends[others], errors, centres[others], np.ones(others.sum(), bool))
+                off = np.linalg.norm(nearest_on_rays(ends[c], centres[c], places) - places, axis=1)
+                missed.append(np.where(sure[c] > _SURE, off, np.nan))
+        seen = np.isfinite(missed).any(axis=0)
+        return 1e3 * np.array(
+            [np.nanmedian(one) if s else np.nan for one, s in zip(np.transpose(missed), seen, strict=True)]
+        )
 
     @cached_property
     def performer(self) -> Performer:
@@ -259,6 +284,8 @@ def main() -> None:
         ("treadmill", read_treadmill(data / "pose2sim_single")),
         ("walk", read_walk(data / "walk_4_cameras")),
     ):
+        missed = zip(CANONICAL, walk.missed_mm(), strict=True)
+        print(title, "missed [mm]:", ", ".join(f"{name} {mm:.0f}" for name, mm in missed), flush=True)
         for count in range(len(walk.cameras), 1, -1):
             for names in combinations(walk.cameras, count):
                 live = walk.solved(names)

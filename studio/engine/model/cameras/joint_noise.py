@@ -1,4 +1,4 @@
-"""Usual error of a depth camera's joints by distance, direction, joint and confidence.
+"""Usual error of a camera's joints by distance, direction, joint and confidence.
 
 Axial noise of depth cameras grows with the square of the distance, lateral noise with the distance: Nguyen,
 Izadi, Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012.
@@ -17,7 +17,20 @@ LATERAL_PER_M = 0.0032
 LEAST_DISTANCE_M = 0.1
 _FACTOR = {"elbow": 1.0, "knee": 1.0, "wrist": 1.5, "ankle": 1.5, "hand": 2.0, "toe": 2.0}
 JOINT_FACTOR: NDArray[np.float64] = np.array([_FACTOR.get(name.split("_")[-1], 0.75) for name in CANONICAL])
-"""Noise of each canonical joint relative to an elbow's."""
+"""Noise of each canonical joint of a depth camera relative to an elbow's."""
+
+LANDMARK_M = 0.011
+"""Usual error of a landmark across the line of sight: what BlazePose's authors and users find, some 1 % of a body. A
+pose network looks at the body's part of the picture in one size, so its errors do not grow with the distance.
+"""
+
+_LANDMARK_FACTOR = {"hip": 1.25, "toe": 1.5, "neck": 0.75}
+LANDMARK_FACTOR: NDArray[np.float64] = np.array(
+    [_LANDMARK_FACTOR.get(name.split("_")[-1], 1.0) for name in CANONICAL]
+)
+"""Error of each canonical joint in pictures relative to an elbow's, by how far four real cameras miss each other's
+rays: wrists and ankles no more than elbows, toes and the joints of hips, which no picture shows, more.
+"""
 
 
 def covariances(
@@ -63,11 +76,15 @@ def variances(
         camera_positions,
         JOINT_FACTOR,
     )
-    axial = axial.reshape(confidence.shape)
+    axial, lateral = axial.reshape(confidence.shape), lateral.reshape(confidence.shape)
     if along_m is not None:
         depthless = ~np.isnan(along_m)
         axial[..., depthless, :] = along_m[depthless, None] ** 2
-    return ray.reshape(positions.shape), axial, lateral.reshape(confidence.shape)
+        away = positions[..., depthless, :, :] - camera_positions[depthless, None]
+        distance = np.maximum(np.linalg.norm(away, axis=-1), LEAST_DISTANCE_M)
+        share = LANDMARK_FACTOR / JOINT_FACTOR * LANDMARK_M / (LATERAL_PER_M * distance)
+        lateral[..., depthless, :] *= share**2
+    return ray.reshape(positions.shape), axial, lateral
 
 
 @compiled

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from studio.engine.model.cameras.joint_noise import variances
+from studio.engine.model.cameras.joint_noise import JOINT_FACTOR, LANDMARK_FACTOR, variances
 from studio.engine.model.joints import JOINT_COUNT, MIRROR
 from studio.engine.model.triangulation.rays import nearest_on_rays
 
@@ -38,6 +38,7 @@ SPREAD_RANGE = (0.5, 30.0)
 ALONE_S, ALONE_SHARE = 0.1, 0.1
 """A camera without depth counts this much less where no other one sees the performer within so long. How far away the
 body is would follow from its errors, which last for some tenths of a second: limbs bend so that a nearer body fits.
+The ends of limbs, which bend the most, count for as much less as a depth camera's.
 """
 
 
@@ -112,7 +113,8 @@ class Measurements:
         span = 2 * round(ALONE_S / frame_s) + 1
         sees = maximum_filter1d(self.lateral.max(axis=2) > 0.0, span, axis=0)
         alone = (sees.sum(axis=1) == 1)[:, None] & self.depthless
-        share = np.where(alone, ALONE_SHARE, 1.0)[:, :, None]
+        ends_less = (LANDMARK_FACTOR / JOINT_FACTOR) ** 2
+        share = np.where(alone[:, :, None], ALONE_SHARE * ends_less, 1.0)
         return replace(self, axial=self.axial * share, lateral=self.lateral * share)
 
     def followed(self, reach: NDArray[np.float64]) -> "Measurements":

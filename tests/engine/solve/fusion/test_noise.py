@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from studio.engine.model.cameras.joint_noise import covariances
+from studio.engine.model.cameras.joint_noise import LANDMARK_M, covariances, variances
 from studio.engine.model.joints import INDEX, JOINT_COUNT
+from studio.engine.model.triangulation.rays import FREE_M
 
 
 def at_distance(distance_m, confidence=0.9):
@@ -41,3 +42,32 @@ def test_limb_ends_and_unsure_joints_are_noisier():
 
 def test_a_joint_in_the_lens_is_finite():
     assert np.isfinite(at_distance(0.0)).all() and (np.diagonal(at_distance(0.0), axis1=1, axis2=2) > 0).all()
+
+
+def test_errors_of_landmarks_are_as_large_far_away():
+    centres = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    near, far = (
+        variances(
+            np.tile([0.0, metres, 0.0], (2, JOINT_COUNT, 1)),
+            np.ones((2, JOINT_COUNT)),
+            centres,
+            np.array([FREE_M, np.nan]),
+        )
+        for metres in (2.0, 6.0)
+    )
+    elbow = INDEX["left_elbow"]
+    np.testing.assert_allclose(near[2][0], far[2][0])
+    assert np.sqrt(far[2][0, elbow]) == pytest.approx(LANDMARK_M)
+    assert far[2][1, elbow] > 5 * near[2][1, elbow], "those of a depth camera grow"
+
+
+def test_limb_ends_are_as_sure_as_elbows_in_pictures_but_for_toes():
+    lateral = variances(
+        np.tile([0.0, 3.0, 0.0], (1, JOINT_COUNT, 1)),
+        np.ones((1, JOINT_COUNT)),
+        np.zeros((1, 3)),
+        np.array([FREE_M]),
+    )[2][0]
+    names = ("elbow", "wrist", "hand", "ankle", "hip", "toe")
+    errors = [np.sqrt(lateral[INDEX[f"left_{name}"]]) / LANDMARK_M for name in names]
+    np.testing.assert_allclose(errors, [1.0, 1.0, 1.0, 1.0, 1.25, 1.5])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.model.triangulation.rays import FREE_M
 from studio.engine.whole_take.finish.measurements import ALONE_SHARE, Measurements, measure
 
@@ -22,9 +22,12 @@ def measured(*along_m: float) -> Measurements:
 def test_a_camera_counts_less_while_no_other_sees_the_performer() -> None:
     before = measured(FREE_M, FREE_M)
     after = before.alone_for_less(FRAME_S)
-    share = (after.lateral[:, 0] / before.lateral[:, 0]).min(axis=1)
-    assert (share[: GONE + 6] == 1.0).all() and np.allclose(share[GONE + 6 :], ALONE_SHARE)
-    np.testing.assert_allclose(after.axial[:, 0], before.axial[:, 0] * share[:, None])
+    share = after.lateral[:, 0] / before.lateral[:, 0]
+    assert (share[: GONE + 6] == 1.0).all()
+    assert np.allclose(share[GONE + 6 :, INDEX["left_elbow"]], ALONE_SHARE)
+    ends = share[GONE + 6 :, [INDEX["left_hand"], INDEX["left_ankle"], INDEX["left_knee"]]]
+    assert np.allclose(ends, ALONE_SHARE * np.array([1 / 2, 1 / 1.5, 1]) ** 2)
+    np.testing.assert_allclose(after.axial[:, 0], before.axial[:, 0] * share)
 
 
 def test_cameras_with_depth_and_one_alone_in_its_take_count_as_ever() -> None:

@@ -17,9 +17,10 @@ from studio.engine.calibration.views.judging.verdict import (
     still,
 )
 from studio.engine.calibration.views.seen.bodies import Array
-from studio.engine.calibration.views.seen.tracks import ERROR_M, ViewTrack
+from studio.engine.calibration.views.seen.tracks import ViewTrack
 from studio.engine.calibration.views.seen.view import NUMBER, View
 from studio.engine.calibration.views.starting.first import ViewPair
+from studio.engine.model.cameras.joint_noise import LANDMARK_M
 from studio.engine.model.joints import INDEX
 
 LEAST_FRAMES = 45
@@ -87,7 +88,7 @@ def hardly_moves(track: ViewTrack) -> bool:
     middle = np.array(
         [np.median(p[s], axis=0) for p, s in zip(track.points[body], track.seen[body], strict=True)]
     )
-    metre = float(np.median(track.sigma[body])) / ERROR_M
+    metre = float(np.median(track.sigma[body])) / LANDMARK_M
     return moved < LEAST_LIMBS_M and _spread(middle / metre) < LEAST_TRAVEL_M / 3
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.calibration.views.seen.view import COLUMNS, OTHER_SIDE, View
+from studio.engine.model.cameras.joint_noise import LANDMARK_M
 from studio.engine.model.cameras.lens import usual_lens
 
 SMOOTH_S = 0.03
@@ -20,8 +21,6 @@ _SMOOTH_STEPS, _NEAR_STEPS = 0.9, 1.3
 """The same, and how near a frame must be to count, in steps between frames of slow cameras."""
 _WINDOW = 13
 _NEAR_S = 0.06
-ERROR_M = 0.011
-"""Usual error of a landmark across the line of sight: what BlazePose's authors and users find, some 1 % of a body."""
 _LOW_CONFIDENCE = 0.5
 
 
@@ -98,7 +97,7 @@ def make_track(view: View) -> ViewTrack:
         focal = (view.lens.fx + view.lens.fy) / 2
         points = view.lens.rays_of(pixels) * focal
         seen = seen & np.isfinite(points).all(axis=2)
-    sigma = ERROR_M * _pixels_per_metre(points, world, seen)[:, None] * np.ones(seen.shape)
+    sigma = LANDMARK_M * _pixels_per_metre(points, world, seen)[:, None] * np.ones(seen.shape)
     sigma = np.where(view.confidence[:, COLUMNS] < _LOW_CONFIDENCE, 2.5 * sigma, sigma)
     points = np.where(seen[..., None], points, 0.0)
     known = view.lens is not None
