@@ -81,7 +81,14 @@ def main(argv: list[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     if not arguments or (arguments[0].startswith("-") and arguments[0] not in ("-h", "--help", "--version")):
         arguments = ["serve", "--demo-on-first-run", *arguments]
-    args = make_parser().parse_args(spread_settings(arguments))
+    try:  # loading the commands takes a second or two, in which Ctrl-C may come
+        return _run(make_parser().parse_args(spread_settings(arguments)))
+    except KeyboardInterrupt:
+        return 130
+
+
+def _run(args: argparse.Namespace) -> int:
+    """Run a command; its errors are one line each."""
     try:
         return args.run(args)
     except SettingsError as error:
@@ -93,8 +100,6 @@ def main(argv: list[str] | None = None) -> int:
         return 1
     except OSError as error:
         return _fail(args.command, error, 1)
-    except KeyboardInterrupt:
-        return 130
 
 
 def _fail(command: str, error: Exception, code: int) -> int:

@@ -12,6 +12,7 @@ import time
 
 import psutil
 
+from studio.__main__ import main
 from studio.commands.common import progress_bar
 
 WORK = """
@@ -53,6 +54,15 @@ def interrupted(process: subprocess.Popen[str]) -> tuple[str, str]:
         except subprocess.TimeoutExpired:
             continue
     return process.communicate(timeout=1)
+
+
+def test_ctrl_c_is_quiet_while_the_commands_are_loaded(monkeypatch, capsys):
+    def pressed() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("studio.__main__.make_parser", pressed)
+    assert main(["bench"]) == 130
+    assert capsys.readouterr() == ("", "")
 
 
 def test_ctrl_c_is_quiet(tmp_path):
