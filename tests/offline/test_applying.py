@@ -115,5 +115,7 @@ def test_an_event_that_another_edit_removed_has_no_edit_of_its_own(still: Poses,
 def test_a_foot_below_the_floor_is_not_offered_the_same_twice(still: Poses) -> None:
     positions = still.positions_m.copy()
     positions[40:60, ANKLE, 2] = positions[40:60, TOE, 2] = -0.1
-    for one in offers(replace(still, positions_m=positions), seen(still)):
+    found = offers(replace(still, positions_m=positions), seen(still))
+    assert "floor_penetration" in [one.event["kind"] for one in found]
+    for one in found:
         assert len(one.edits) == len({repr(edit) for edit in one.edits})

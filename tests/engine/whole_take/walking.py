@@ -10,6 +10,7 @@ Run as a program, it prints the errors of the solve by all groups of cameras.
 import argparse
 import json
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, pairwise
@@ -69,25 +70,21 @@ class PicturedWalk:
     def placed_m(self) -> NDArray[np.float64]:
         """The joints where all cameras place them, by camera, shape (camera_count, frame_count, 21, 3)."""
         centres = np.array([camera.T_stage_camera[:3, 3] for camera in self.cameras.values()])
-        joints = []
-        for frames in zip(*self.frames.values(), strict=True):
-            found = np.array(
-                [on_rays(self.cameras[f.camera], f.picture) for f in frames if f.picture is not None]
-            )
-            sure = np.array([f.confidence for f in frames])
-            joints.append(placed(found, sure, centres, np.ones(len(centres), bool))[0])
+        joints = [placed(ends, sure, centres, np.ones(len(centres), bool))[0] for ends, sure in self._rays()]
         return np.swapaxes(np.array(joints), 0, 1)
+
+    def _rays(self) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Yield of each instant points on the cameras' rays, shape (camera_count, 21, 3), and confidences."""
+        for frames in zip(*self.frames.values(), strict=True):
+            ends = [on_rays(self.cameras[f.camera], f.picture) for f in frames if f.picture is not None]
+            yield np.array(ends), np.array([f.confidence for f in frames])
 
     def missed_mm(self) -> NDArray[np.float64]:
         """How far each camera's rays miss the joints that the others place, median of the sure ones, shape (21,)."""
         centres = np.array([camera.T_stage_camera[:3, 3] for camera in self.cameras.values()])
         missed = []
-        for frames in zip(*self.frames.values(), strict=True):
-            ends = np.array(
-                [on_rays(self.cameras[f.camera], f.picture) for f in frames if f.picture is not None]
-            )
-            sure = np.array([f.confidence for f in frames])
-            if len(ends) < len(frames):
+        for ends, sure in self._rays():
+            if len(ends) < len(sure):
                 continue
             for c in range(len(centres)):
                 others = np.arange(len(centres)) != c

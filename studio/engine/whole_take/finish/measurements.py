@@ -38,7 +38,7 @@ SPREAD_RANGE = (0.5, 30.0)
 ALONE_S, ALONE_SHARE = 0.1, 0.1
 """A camera without depth counts this much less where no other one sees the performer within so long. How far away the
 body is would follow from its errors, which last for some tenths of a second: limbs bend so that a nearer body fits.
-The ends of limbs, which bend the most, count for as much less as a depth camera's.
+Beside each other its joints then count as a depth camera's: the ends of limbs, which bend the most, less than the trunk.
 """
 
 
@@ -105,7 +105,7 @@ class Measurements:
         )
 
     def alone_for_less(self, frame_s: float) -> "Measurements":
-        """The measurements with the weight of a camera without depth times `ALONE_SHARE` where it alone sees the
+        """The measurements with the weight of a camera without depth as `ALONE_SHARE` says where it alone sees the
         performer; `frame_s`: between two frames [s]. One that is the only camera of the take keeps its weight.
         """
         if not self.depthless.any() or len(self.depthless) < 2:
@@ -113,8 +113,8 @@ class Measurements:
         span = 2 * round(ALONE_S / frame_s) + 1
         sees = maximum_filter1d(self.lateral.max(axis=2) > 0.0, span, axis=0)
         alone = (sees.sum(axis=1) == 1)[:, None] & self.depthless
-        ends_less = (LANDMARK_FACTOR / JOINT_FACTOR) ** 2
-        share = np.where(alone[:, :, None], ALONE_SHARE * ends_less, 1.0)
+        by_joint = (LANDMARK_FACTOR / JOINT_FACTOR) ** 2
+        share = np.where(alone[:, :, None], ALONE_SHARE * by_joint, 1.0)
         return replace(self, axial=self.axial * share, lateral=self.lateral * share)
 
     def followed(self, reach: NDArray[np.float64]) -> "Measurements":
