@@ -38,7 +38,7 @@ SPREAD_RANGE = (0.5, 30.0)
 ALONE_S, ALONE_SHARE = 0.1, 0.1
 """A camera without depth counts this much less where no other one sees the performer within so long. How far away the
 body is would follow from its errors, which last for some tenths of a second: limbs bend so that a nearer body fits.
-Beside each other its joints then count as a depth camera's: the ends of limbs, which bend the most, less than the trunk.
+Its joints then count beside each other as a depth camera's: the ends of limbs, which bend most, less than the trunk.
 """
 
 
