@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.engine.base.errors import StudioError
+from studio.engine.base.files import FileStamp, file_stamp
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import ClockModel
 from studio.live.calibration.kept import BORROWED, KeptCalibration, load_last_calibration
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from studio.live.engine import Engine
 
 
-Stamp = tuple[int, int, int] | None
 MOST_KEPT = 1 << 17
 """Recordings of which it is known whether they bring a calibration."""
 
@@ -53,17 +53,8 @@ def brings_calibration(path: Path, cameras: tuple[str, ...]) -> bool:
     )
 
 
-def file_stamp(path: Path) -> Stamp:
-    """Return what tells that a file or folder is another than before; None where there is none."""
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return found.st_ino, found.st_size, found.st_mtime_ns
-
-
 @lru_cache(maxsize=MOST_KEPT)
-def _brings(path: Path, cameras: tuple[str, ...], _: tuple[Stamp, ...]) -> bool:
+def _brings(path: Path, cameras: tuple[str, ...], _: tuple[FileStamp, ...]) -> bool:
     return calibration_of_recording(path, cameras) is not None
 
 

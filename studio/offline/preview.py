@@ -2,20 +2,23 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.base.errors import TakeError
+from studio.engine.base.files import FileStamp, file_stamp
 from studio.engine.calibration.calibrate import with_performer
+from studio.engine.edits.edit import Edit
 from studio.engine.edits.frames import places_between, stage_s
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.performers.exchange import Exchange
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
+from studio.engine.whole_take.mending.floor import FeetSeen, feet_seen, is_raised_for_pins
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.performers import people_of
 from studio.offline.tracking import is_tracked, tracked_frames
@@ -25,8 +28,6 @@ from studio.take.raw.frames import camera_frames
 
 LEAD_S = 1.0
 """Lead-in of a part's solve, in which the filter converges."""
-
-_FileState = tuple[Path, int, int]
 
 
 def solve_part(
@@ -79,12 +80,27 @@ def poses_between(take: Take, poses: Poses, start_s: float, end_s: float) -> Pos
 
 @dataclass(frozen=True)
 class SeenPerformer:
-    """A performer of a take: their name, frames by camera, calibration and settings."""
+    """A performer of a take: their name, the settings of their solve, and what is kept of them."""
 
     name: str
-    frames: Mapping[str, Sequence[CameraFrame]]
-    calibration: Calibration
     settings: SolveSettings
+    _kept: "_Kept"
+
+    @property
+    def frames(self) -> Mapping[str, Sequence[CameraFrame]]:
+        """Their frames by camera."""
+        return self._kept.frames
+
+    @property
+    def calibration(self) -> Calibration:
+        """The take's calibration, with them as its performer."""
+        return self._kept.calibration
+
+    def lift_of_pins_m(self, edits: Sequence[Edit]) -> float:
+        """Return `lift_of_pins_m` of their frames; the feet are looked at once."""
+        if not is_raised_for_pins(self.calibration, self.settings, edits) or self._kept.feet is None:
+            return 0.0
+        return self._kept.feet.lift_of_pins_m(edits)
 
 
 def seen_performer(take: Take, settings: SolveSettings, performer: str) -> SeenPerformer:
@@ -106,17 +122,17 @@ def seen_performer(take: Take, settings: SolveSettings, performer: str) -> SeenP
     )
     people = _recent(
         take.path,
-        _state(take.raw_path),
-        _state(file),
+        file_stamp(take.raw_path),
+        (file, file_stamp(file)),
         tracked_as,
         exchanges_of(take.meta),
         settings.everybody,
     )
     performer = performer if performer in people else next(iter(people))
-    (frames, calibration), settings = people[performer], settings.of_performer(performer)
+    kept, settings = people[performer], settings.of_performer(performer)
     if tracked_as is not None:
         settings = replace(settings, cameras="all")  # only the used ones were tracked
-    return SeenPerformer(performer, frames, calibration, settings)
+    return SeenPerformer(performer, settings, kept)
 
 
 def frames_between(
@@ -127,23 +143,16 @@ def frames_between(
     return frames[places.start : places.stop]
 
 
-def _state(file: Path) -> _FileState:
-    """Return the file with its time and size, which change with its content."""
-    state = file.stat()
-    return file, state.st_mtime_ns, state.st_size
-
-
 @lru_cache(maxsize=1)
 def _recent(
     path: Path,
-    raw: _FileState,
-    calibration: _FileState,
+    raw: FileStamp,
+    calibration: tuple[Path, FileStamp],
     tracked_as: tuple[str, str, str] | None,
     exchanges: tuple[Exchange, ...],
     everybody: bool,
-) -> dict[str, tuple[Mapping[str, Sequence[CameraFrame]], Calibration]]:
-    """Return the cached frames of the last take, and its calibration with the performer that they show, by
-    performer.
+) -> dict[str, "_Kept"]:
+    """Return what is kept of the last take, by performer.
 
     Args:
         tracked_as: `tracker`, `cameras` and `refine_cameras` for skeletons from depth.
@@ -160,6 +169,26 @@ def _recent(
         frames, found, *_ = tracked_frames(take, found, settings, only_kept=True)
     several = people_of(take, frames, found, everybody=everybody)
     if several is None:
-        return {PERFORMER: (frames, with_performer(found, frames))}
-    performers = several.people.performers
-    return {one.name: (one.frames, with_performer(one.calibration, one.frames)) for one in performers}
+        return {PERFORMER: _Kept(frames, with_performer(found, frames), take.meta["calibration_s"])}
+    return {
+        one.name: _Kept(one.frames, with_performer(one.calibration, one.frames), take.meta["calibration_s"])
+        for one in several.people.performers
+    }
+
+
+class _Kept:
+    """The frames of a performer by camera, and the calibration with the performer that they show.
+
+    Attributes:
+        start_s: end of the calibration part, stage time [s]; None = there is none.
+    """
+
+    def __init__(
+        self, frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibration, start_s: float | None
+    ) -> None:
+        self.frames, self.calibration, self.start_s = frames, calibration, start_s
+
+    @cached_property
+    def feet(self) -> FeetSeen | None:
+        """The performer's feet as cameras see them."""
+        return feet_seen(self.frames, self.calibration, self.start_s)

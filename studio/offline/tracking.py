@@ -3,14 +3,17 @@
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from hashlib import blake2b
 from itertools import islice
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import CalibrationError, SettingsError, TakeError
+from studio.engine.base.files import FileStamp, file_stamp
 from studio.engine.base.sentences import say
 from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.cameras.drift import follow_clocks
@@ -66,8 +69,15 @@ class TrackedTake(NamedTuple):
 
 def is_tracked(take: Take, settings: SolveSettings) -> bool:
     """Whether solves with these settings use skeletons tracked from depth instead of received ones."""
-    summary = inspect_raw(take.raw_path)
-    return bool(summary.depth_frames) and not (settings.tracker == "client" and any(summary.frames.values()))
+    depth, skeletons = _recorded(take.raw_path, file_stamp(take.raw_path))
+    return depth and not (settings.tracker == "client" and skeletons)
+
+
+@lru_cache(maxsize=8)
+def _recorded(raw: Path, _: FileStamp) -> tuple[bool, bool]:
+    """Return whether a raw file has depth images, and skeletons; it is read again when it changed."""
+    summary = inspect_raw(raw)
+    return bool(summary.depth_frames), any(summary.frames.values())
 
 
 def tracked_frames(

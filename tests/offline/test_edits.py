@@ -151,6 +151,17 @@ def test_the_surroundings_of_an_instant_are_solved_into_the_whole_solve(take, cl
     assert np.linalg.norm(found.positions_m[middle, WRIST] - (x, y, z)) < 0.03
 
 
+def test_a_second_look_reads_nothing_of_the_take_again(take, clean, monkeypatch):
+    at_s = float(clean.time_s[len(clean.time_s) // 2])
+    x, y, z = (clean.positions_m[len(clean.time_s) // 2, WRIST] + [0.0, 0.0, 0.1]).tolist()
+    pin = PinEdit(id="a", joint="right_wrist", place_m=(x, y, z), start_s=at_s, end_s=at_s)
+    first = solve_around(take, parse_settings("finish"), [pin], at_s, stored=clean)
+    for name in ("preview.camera_frames", "preview.feet_seen", "tracking.inspect_raw"):
+        monkeypatch.setattr(f"studio.offline.{name}", None)
+    again = solve_around(take, parse_settings("finish"), [pin], at_s, stored=clean)
+    np.testing.assert_array_equal(again.positions_m, first.positions_m)
+
+
 def test_each_event_has_a_cause_and_an_edit(take):
     folder = solve_take(take, parse_settings("studio"), name="events", to_disk=False)
     poses, trace = Poses.load(folder / "poses.npz"), Trace.load(folder / "trace.npz")

@@ -21,9 +21,12 @@ from studio.take.folder import tracked
 from studio.take.folder.take import Take
 from studio.take.folder.tracked import FOLDER
 from studio.take.library.bundle import write_bundle
+from studio.take.raw.frames import RawWriter
 from studio.take.raw.kept_frames import several_bodies
 from studio.take.upkeep.doctor import check_take
+from studio.wire import encode
 from tests.engine.walkers import performer
+from tests.live.performer import frame, hello
 from tests.refused import refused
 from tests.simulator.depth.test_take import motion
 
@@ -67,6 +70,16 @@ def test_a_take_is_tracked_once_and_its_solves_stay_the_same(take: Take, counted
         assert solve_part(take, SolveSettings(**switches), 0.3, 0.6).frame_count > 10
     assert solved(take, tracker="per_camera", cameras="camera_1") != fresh
     assert counted == ["from_points", "track_cameras"]
+
+
+def test_another_raw_file_is_looked_at_anew(take: Take) -> None:
+    settings = SolveSettings()
+    was = tracking.is_tracked(take, settings)
+    with RawWriter(take.path / "other.mcap") as writer:
+        writer.add_camera(hello("camera_0"))
+        writer.frame("camera_0", encode(frame(0, 0, 0, 0.0)), arrival_ns=0, device_time_ns=0, sequence=0)
+    (take.path / "other.mcap").replace(take.raw_path)
+    assert was and not tracking.is_tracked(take, settings)
 
 
 def test_what_was_tracked_with_other_frames_transforms_or_code_is_tracked_again(

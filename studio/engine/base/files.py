@@ -1,4 +1,4 @@
-"""Atomic writes: a crash leaves the old file or the new one, never a part. And which code made a file."""
+"""Atomic writes: a crash leaves the old file or the new one, never a part. And what tells which code made a file."""
 
 import json
 import os
@@ -12,6 +12,9 @@ from typing import IO, Any
 
 from studio.engine.base.errors import StudioError
 from studio.engine.base.sentences import system_says
+
+FileStamp = tuple[int, int, int] | None
+"""Number, size [bytes] and time of change [ns] of a file or folder; None where there is none."""
 
 
 @contextmanager
@@ -48,6 +51,15 @@ def write_atomically(path: str | os.PathLike[str], *, to_disk: bool = True) -> I
     finally:
         if temporary is not None and os.path.exists(temporary):
             os.unlink(temporary)
+
+
+def file_stamp(path: Path) -> FileStamp:
+    """Return what tells that a file or folder is another than before; None where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_size, found.st_mtime_ns
 
 
 def sync_files(folder: Path) -> None:

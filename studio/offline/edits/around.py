@@ -13,7 +13,6 @@ from studio.engine.edits.timing import eased, of_performer
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
-from studio.engine.whole_take.mending.floor import lift_of_pins_m
 from studio.engine.whole_take.mending.frames import edited_frames
 from studio.engine.whole_take.mending.pinned import REACH_S
 from studio.engine.whole_take.take import solve_frames
@@ -71,8 +70,7 @@ def solve_around(
         for name, own in one.frames.items()
         if name in calibration.cameras
     }
-    lifted_m = lift_of_pins_m(one.frames, calibration, one.settings, mine, start_s=take.meta["calibration_s"])
-    mended = edited_frames(parts, calibration, mine, lifted_m=lifted_m)
+    mended = edited_frames(parts, calibration, mine, lifted_m=one.lift_of_pins_m(mine))
     first_ns, last_ns = (begin_s - LEAD_S) * 1e9, (end_s + LEAD_S) * 1e9
     part: list[CameraFrame] = []
     for name, own in mended.items():

@@ -5,7 +5,7 @@ placed on what was shown, which is over this floor; cameras' joints are not.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import INDEX, LIMB_ROOTS, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.settings.settings import SolveSettings
 from studio.engine.model.soles import USUAL_TOE_HEIGHT_M
-from studio.engine.whole_take.finish.contact.contacts import JOINTS, find_contacts
+from studio.engine.whole_take.finish.contact.contacts import JOINTS, Contacts, find_contacts
 from studio.engine.whole_take.finish.contact.soles import Soles, lift_m
 from studio.engine.whole_take.mending.around import STEP_S, Around, around
 from studio.engine.whole_take.mending.pinned import REACH_S
@@ -51,23 +51,56 @@ def lift_of_pins_m(
         edits: of this performer.
         start_s: stage time before which nothing counts [s].
     """
-    performer = calibration.performer
-    places = settings.finish == "on" and settings.floor_contact == "on" and not calibration.floor_given
-    known = [(name, mine) for name, mine in frames.items() if name in calibration.cameras and len(mine)]
-    if performer is None or not places or not known or not of_kind(edits, PinEdit):
+    if not is_raised_for_pins(calibration, settings, edits):
         return 0.0
+    feet = feet_seen(frames, calibration, start_s)
+    return 0.0 if feet is None else feet.lift_of_pins_m(edits)
+
+
+def is_raised_for_pins(calibration: Calibration, settings: SolveSettings, edits: Sequence[Edit]) -> bool:
+    """Return whether finishing may raise what depth cameras see, and pins need to know how far."""
+    places = settings.finish == "on" and settings.floor_contact == "on" and not calibration.floor_given
+    return places and calibration.performer is not None and bool(of_kind(edits, PinEdit))
+
+
+@dataclass(frozen=True)
+class FeetSeen:
+    """A take's ankles and toes as cameras see them.
+
+    Attributes:
+        seen: all joints.
+        soles: of the feet.
+        contacts: where they stand.
+    """
+
+    seen: Around
+    soles: Soles
+    contacts: Contacts
+
+    def lift_of_pins_m(self, edits: Sequence[Edit]) -> float:
+        """Return how far finishing will raise the take, about [m]."""
+        hold = np.where(_doubtful(self.seen, edits), 0.0, self.contacts.hold)
+        return lift_m(self.soles, replace(self.contacts, hold=hold), percent=NOISY_PERCENT)
+
+
+def feet_seen(frames: Frames, calibration: Calibration, start_s: float | None = None) -> FeetSeen | None:
+    """Return how the cameras see a performer's feet; None where they see nobody. Arguments as for
+    `lift_of_pins_m`."""
+    performer = calibration.performer
+    known = [(name, mine) for name, mine in frames.items() if name in calibration.cameras and len(mine)]
+    if performer is None or not known:
+        return None
     begin_s = min(stage_s(calibration, name)(mine[0]) for name, mine in known)
     end_s = max(stage_s(calibration, name)(mine[-1]) for name, mine in known)
     begin_s = begin_s if start_s is None else max(begin_s, start_s)
     seen = around(frames, calibration, begin_s, min(end_s, begin_s + LOOKED_S))
     if seen is None:
-        return 0.0
+        return None
     feet = gaussian_filter1d(seen.middle()[:, list(JOINTS)], SMOOTHING_S / STEP_S, axis=0, mode="nearest")
     rest_m = Skeleton.of(performer).rest_positions_m[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
-    contacts = find_contacts(feet, [(0, len(feet))], STEP_S, rest_m)
-    contacts = replace(contacts, hold=np.where(_doubtful(seen, edits), 0.0, contacts.hold))
     below_m = rest_m - rest_m.min() + USUAL_TOE_HEIGHT_M
-    return lift_m(Soles(feet, feet[..., 2] - below_m), contacts, percent=NOISY_PERCENT)
+    contacts = find_contacts(feet, [(0, len(feet))], STEP_S, rest_m)
+    return FeetSeen(seen, Soles(feet, feet[..., 2] - below_m), contacts)
 
 
 def _doubtful(seen: Around, edits: Sequence[Edit]) -> NDArray[np.bool_]:
