@@ -84,7 +84,7 @@ class SeenPerformer:
 
     name: str
     settings: SolveSettings
-    _kept: "_Kept"
+    _kept: "_KeptPerformer"
 
     @property
     def frames(self) -> Mapping[str, Sequence[CameraFrame]]:
@@ -151,7 +151,7 @@ def _recent(
     tracked_as: tuple[str, str, str] | None,
     exchanges: tuple[Exchange, ...],
     everybody: bool,
-) -> dict[str, "_Kept"]:
+) -> dict[str, "_KeptPerformer"]:
     """Return what is kept of the last take, by performer.
 
     Args:
@@ -169,14 +169,16 @@ def _recent(
         frames, found, *_ = tracked_frames(take, found, settings, only_kept=True)
     several = people_of(take, frames, found, everybody=everybody)
     if several is None:
-        return {PERFORMER: _Kept(frames, with_performer(found, frames), take.meta["calibration_s"])}
+        return {PERFORMER: _KeptPerformer(frames, with_performer(found, frames), take.meta["calibration_s"])}
     return {
-        one.name: _Kept(one.frames, with_performer(one.calibration, one.frames), take.meta["calibration_s"])
+        one.name: _KeptPerformer(
+            one.frames, with_performer(one.calibration, one.frames), take.meta["calibration_s"]
+        )
         for one in several.people.performers
     }
 
 
-class _Kept:
+class _KeptPerformer:
     """The frames of a performer by camera, and the calibration with the performer that they show.
 
     Attributes:
