@@ -73,16 +73,17 @@ def _offer(event: CleanupEventJson, number: int, poses: Poses, trace: Trace, per
     joint = INDEX[event["joint"]]
     camera, off_m = _cause(event, joint, poses, trace)
     name = trace.cameras[camera] if camera is not None else None
+    called = event["joint"].replace("_", " ")
     if name is None:
         why = say(
-            "offers.solve", "no camera is far off: the solve itself moves {joint}", joint=event["joint"]
+            "offers.solve", "no camera is far off: the solve itself moves the {joint}", joint=called
         )
     else:
         why = say(
             "offers.camera",
-            "{camera} has {joint} {mm:.0f} mm off its course",
+            "{camera} has the {joint} {mm:.0f} mm off its course",
             camera=name,
-            joint=event["joint"],
+            joint=called,
             mm=1e3 * off_m,
         )
     edits = _edits(event, name, poses, f"offer_{number}", performer)

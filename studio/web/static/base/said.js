@@ -2,8 +2,8 @@
 //
 // An answer or event has beside its texts a list `said`: each sentence in it with its code and its values. `said/*.js`
 // holds the French by code, `{name}` for a value, `{name:.1f}` for a number with so many digits after the point.
-// A value may be a sentence itself, or a list. What phones say stands in the page's own words (`phone_says`). What has no
-// French is shown as it came.
+// A value may be a sentence itself, a list, or a joint. What phones say stands in the page's own words (`phone_says`).
+// What has no French is shown as it came.
 import blind from "./said/blind.js";
 import calibration from "./said/calibration.js";
 import devices from "./said/devices.js";
@@ -49,8 +49,10 @@ function worded(value, format) {
   return sign && value >= 0 ? `+${shown}` : shown;
 }
 
+const jointWords = (name) => typeof name === "string" && template(`joint.${name.replaceAll(" ", "_")}`);
+
 const translated = ({ text, code, values }) =>
-  (FRENCH[code] ?? template(code))?.replace(/\{(\w+)(?::([^}]*))?\}/g, (all, name, format) => worded(values[name], format)) ?? text;
+  (FRENCH[code] ?? template(code))?.replace(/\{(\w+)(?::([^}]*))?\}/g, (all, name, format) => (name === "joint" && jointWords(values[name])) || worded(values[name], format)) ?? text;
 
 /** Return in the language of the page what the server says. */
 export function said(text) {

@@ -23,7 +23,7 @@ async function load(replay) {
   if (state.of !== of) Object.assign(state, { of, offers: null, applied: [] });
   const found = await attempt(() => getOffers(named(replay.take), replay.solve, replay.performer));
   if (!found || state.of !== of) return;
-  state.offers = found.offers;
+  state.offers = found.offers.sort((one, other) => one.event.peak_s - other.event.peak_s);
   state.changed();
 }
 
