@@ -1,5 +1,6 @@
 """From what is to mend to the export, and another pace and a loop of a range: by the page alone."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from tests.web.stages import until
 
 pytestmark = pytest.mark.browser
 MOST_CLICKS = 6
+WHETHER_IT_DID = re.compile("Gone|Still there")
 FEET = [OUTPUT_INDEX[name] for name in ("LeftFoot", "RightFoot")]
 
 
@@ -53,6 +55,7 @@ def test_an_event_is_mended_and_exported(
     assert (contact.joint, contact.touches) == ("left_toe", "floor")
     until(lambda: solved_with(take) == 1)
     expect(page.locator("#offer-list .good, #offer-list .fair")).to_have_count(1)
+    expect(page.locator("#offer-list")).to_contain_text(WHETHER_IT_DID)
     click(page.get_by_role("button", name="Export walk, solve studio").first)
     with page.expect_download(timeout=120_000) as download:
         assert click(page.locator("#export-run")) <= MOST_CLICKS

@@ -5,11 +5,11 @@ import { attempt } from "../base/messages.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
 import { editSpans } from "../replay/curves.js";
-import { add } from "./list.js";
+import { add, isSolved } from "./list.js";
 import { wordsOf } from "./words.js";
 
 const SAME_S = 0.1; // events of one solve and the next that are so near are the same
-const state = { of: "", offers: null, applied: [], changed: () => {} }; // `applied`: events whose offer was taken
+const state = { of: "", offers: null, applied: [], withAll: false, changed: () => {} }; // `applied`: events whose offer was taken; `withAll`: the offers are of a solve with all edits
 
 const named = (takeId) => ({ session: takeId.slice(0, takeId.indexOf("/")), name: takeId.slice(takeId.indexOf("/") + 1) });
 const keyOf = ({ take, solve, performer }) => JSON.stringify([take, solve, performer]);
@@ -21,9 +21,10 @@ export const offersKey = (replay) => (state.of === keyOf(replay) ? [state.offers
 async function load(replay) {
   const of = keyOf(replay);
   if (state.of !== of) Object.assign(state, { of, offers: null, applied: [] });
+  const withAll = isSolved();
   const found = await attempt(() => getOffers(named(replay.take), replay.solve, replay.performer));
   if (!found || state.of !== of) return;
-  state.offers = found.offers.sort((one, other) => one.event.peak_s - other.event.peak_s);
+  Object.assign(state, { withAll, offers: found.offers.sort((one, other) => one.event.peak_s - other.event.peak_s) });
   state.changed();
 }
 
@@ -42,7 +43,8 @@ function apply(offer) {
 
 function row(event, offer, replay, goTo) {
   const [[, , words]] = editSpans([event], replay.begins_s, replay.rate_hz);
-  const mended = state.applied.some((one) => same(one, event));
+  const taken = state.applied.some((one) => same(one, event));
+  const outcome = !offer ? "gone" : state.withAll && isSolved() ? "still" : "pending";
   return h("li", {},
     h("div", { class: "edit-row" },
       h("button", { type: "button", class: "small quiet edit-go", title: t("mend.go", { what: words }), onclick: () => goTo(Math.round((event.peak_s - replay.begins_s) * replay.rate_hz)) },
@@ -50,7 +52,7 @@ function row(event, offer, replay, goTo) {
       offer?.edits.length > 0 && h("button", { type: "button", class: "small operate", aria: { label: t("mend.apply_to", { what: words, edit: wordsOf(offer.edits[0]) }) }, onclick: () => apply(offer) }, t("mend.apply"))),
     offer && h("p", { class: "muted" }, said(offer.why)),
     offer?.edits.length > 0 && h("p", { class: "muted" }, wordsOf(offer.edits[0])),
-    mended && h("p", { class: offer ? "fair" : "good" }, t(offer ? "mend.still" : "mend.gone")));
+    taken && h("p", { class: offer ? "fair" : "good" }, t(`mend.${outcome}`)));
 }
 
 /** The work list: a button that asks for it, then its rows. */
