@@ -112,6 +112,8 @@ class Reading:
         confidence: shape (21,).
         along_m: standard deviation of the positions along the camera's rays [m], of a camera that sees no depth: the
             positions only say which ray each joint lies on. None = as depth cameras measure.
+        behind_m: how far each joint is behind the hips, as the picture of such a camera alone lets it be guessed [m],
+            shape (21,); NaN = not guessed. None = nothing is guessed.
     """
 
     camera: int
@@ -119,6 +121,7 @@ class Reading:
     positions: NDArray[np.float64]
     confidence: NDArray[np.float64]
     along_m: float | None = None
+    behind_m: NDArray[np.float64] | None = None
 
 
 DRAWN = 1.1

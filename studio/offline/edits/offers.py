@@ -75,9 +75,7 @@ def _offer(event: CleanupEventJson, number: int, poses: Poses, trace: Trace, per
     name = trace.cameras[camera] if camera is not None else None
     called = event["joint"].replace("_", " ")
     if name is None:
-        why = say(
-            "offers.solve", "no camera is far off: the solve itself moves the {joint}", joint=called
-        )
+        why = say("offers.solve", "no camera is far off: the solve itself moves the {joint}", joint=called)
     else:
         why = say(
             "offers.camera",

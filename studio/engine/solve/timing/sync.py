@@ -235,6 +235,10 @@ class Synchroniser:
             return on_rays(calibration, picture)
         return guessed(calibration, picture, confidence, self._scale)
 
+    def _guessed_behind_m(self, frame: CameraFrame) -> NDArray[np.float64] | None:
+        """How far joints are guessed to be behind the hips; of the only camera, their positions tell it already."""
+        return None if frame.picture is None or self._alone else self._scale * frame.picture.world_m[:, 2]
+
     def newest_stage_ns(self) -> dict[str, int]:
         """Stage time of each camera's newest frame; cameras without one are left out."""
         return {name: camera.times[-1] for name, camera in self._cameras.items() if camera.times}
@@ -250,7 +254,10 @@ class Synchroniser:
         for i, (name, camera) in enumerate(self._cameras.items()):
             for k in camera.unread(stage_time_ns + self._ahead_ns):
                 late_s = (camera.times[k] - stage_time_ns) * 1e-9
-                readings.append(Reading(i, late_s, camera.joints[k], camera.confidence[k], camera.along_m))
+                behind_m = self._guessed_behind_m(camera.frames[k])
+                readings.append(
+                    Reading(i, late_s, camera.joints[k], camera.confidence[k], camera.along_m, behind_m)
+                )
             found = camera.at(stage_time_ns)
             if found is None:
                 continue

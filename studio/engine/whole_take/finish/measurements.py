@@ -55,6 +55,8 @@ class Measurements:
         depthless: cameras that see no depth, shape (camera_count,).
         sharper: factor of squared normalised differences relative to the inverse variances, shape (camera_count, 21).
             Noise that is correlated between frames carries less information than its deviation in one frame.
+        behind_m: how far joints are behind the hips, as the picture of a camera without depth lets it be guessed [m],
+            shape (frame_count, camera_count, 21); NaN = not guessed.
     """
 
     positions: NDArray[np.float64]
@@ -64,6 +66,7 @@ class Measurements:
     late: NDArray[np.float64]
     depthless: NDArray[np.bool_]
     sharper: NDArray[np.float64]
+    behind_m: NDArray[np.float64]
 
     def off(self, sites: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return measured minus solved joints, at the cameras' own times [m], shape (frame_count, camera_count, 21,
@@ -106,7 +109,8 @@ class Measurements:
 
     def alone_for_less(self, frame_s: float) -> "Measurements":
         """The measurements with the weight of a camera without depth as `ALONE_SHARE` says where it alone sees the
-        performer; `frame_s`: between two frames [s]. One that is the only camera of the take keeps its weight.
+        performer, and with what is guessed there only; `frame_s`: between two frames [s]. One that is the only camera
+        of the take keeps its weight.
         """
         if not self.depthless.any() or len(self.depthless) < 2:
             return self
@@ -115,7 +119,12 @@ class Measurements:
         alone = (sees.sum(axis=1) == 1)[:, None] & self.depthless
         by_joint = (LANDMARK_FACTOR / JOINT_FACTOR) ** 2
         share = np.where(alone[:, :, None], ALONE_SHARE * by_joint, 1.0)
-        return replace(self, axial=self.axial * share, lateral=self.lateral * share)
+        return replace(
+            self,
+            axial=self.axial * share,
+            lateral=self.lateral * share,
+            behind_m=np.where(alone[:, :, None], self.behind_m, np.nan),
+        )
 
     def followed(self, reach: NDArray[np.float64]) -> "Measurements":
         """The measurements with each joint's weight multiplied by `reach`, shape (21,), 1 = as usual, 0 = not
@@ -243,6 +252,7 @@ def measure(
     late: NDArray[np.float64],
     camera_positions: NDArray[np.float64],
     along_m: NDArray[np.float64],
+    behind_m: NDArray[np.float64] | None = None,
 ) -> Measurements:
     """Return the measurements of some frames, with the noise of `model.joint_noise`.
 
@@ -253,10 +263,19 @@ def measure(
         camera_positions: optical centres [m], shape (camera_count, 3).
         along_m: standard deviation along the rays of cameras that see no depth [m], shape (camera_count,); NaN = of
             the others.
+        behind_m: as `Measurements` has it; None = nothing is guessed.
     """
     seen = ~np.isnan(positions[..., 0])
     positions = np.where(seen[..., None], positions, 0.0)
     rays, axial, lateral = variances(positions, confidence, camera_positions, along_m)
+    guessed = np.full(seen.shape, np.nan) if behind_m is None else behind_m
     return Measurements(
-        positions, rays, seen / axial, seen / lateral, late, ~np.isnan(along_m), np.ones(seen.shape[1:])
+        positions,
+        rays,
+        seen / axial,
+        seen / lateral,
+        late,
+        ~np.isnan(along_m),
+        np.ones(seen.shape[1:]),
+        guessed,
     )

@@ -48,8 +48,8 @@ class Readings:
             turned = swapped(positions, expected, *cameras)
             positions[turned] = positions[turned][:, MIRROR]
             far.append(far_limbs(positions, expected))
-            seen = store.readings(begin, begin + len(records), dt)[0]
-            exchanged.append(swapped(seen, expected, *cameras))
+            seen = store.readings(begin, begin + len(records), dt)
+            exchanged.append(swapped(seen.positions, expected, *cameras))
         self.first = np.concatenate(first)
         self._exchanged = np.concatenate(exchanged)  # frame and camera
         self.far = np.concatenate(far)
@@ -67,10 +67,13 @@ class Readings:
         """Return what was measured in frames from `begin` to before `end`."""
         if self._last is None or self._last[0] != (begin, end):
             exchanged = self._exchanged[begin:end]
-            positions, confidence, late = self._store.readings(begin, end, self._dt)
-            positions[exchanged] = positions[exchanged][:, MIRROR]
-            confidence[exchanged] = confidence[exchanged][:, MIRROR]
-            found = measure(positions, confidence, late, self._store.camera_positions, self._store.along_m)
+            seen = self._store.readings(begin, end, self._dt)
+            for by_joint in (seen.positions, seen.confidence, seen.behind_m):
+                by_joint[exchanged] = by_joint[exchanged][:, MIRROR]
+            found = measure(
+                seen.positions, seen.confidence, seen.late,
+                self._store.camera_positions, self._store.along_m, seen.behind_m,
+            )  # fmt: skip
             found = found.followed(self._reach).alone_for_less(self._dt)
             if self._noise is not None:
                 found = found.scaled(*self._noise)

@@ -30,6 +30,7 @@ from studio.engine.whole_take.finish.banded import (
 from studio.engine.whole_take.finish.contact.body_contact import BodyContact
 from studio.engine.whole_take.finish.contact.contacts import JOINTS, Contacts
 from studio.engine.whole_take.finish.contact.others import OtherBodies, OtherPerformer
+from studio.engine.whole_take.finish.guessed_legs import add_guessed_legs
 from studio.engine.whole_take.finish.measurements import Measurements
 from studio.engine.whole_take.finish.radii import squared_radii
 from studio.engine.whole_take.finish.trajectory import Kinematics, moved, steps
@@ -182,6 +183,7 @@ class Smoother:
         sites, jacobians = self._kinematics.linearised(q)
         frames, nv = len(sites), jacobians.shape[2]
         weight, pull = _camera_rows(sites, measurements)
+        add_guessed_legs(weight, pull, sites, measurements, INFLATION)
         if contacts is not None:
             _add_contact_rows(contacts, sites, weight, pull)
         j = jacobians.reshape(frames, -1, 3, nv)

@@ -2,6 +2,7 @@
 
 from array import array
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,22 @@ NEAREST = 0.75
 
 BORDER = 2
 """Steps at either end of a stretch whose nearest readings may have come with a step outside."""
+
+
+class StoredReadings(NamedTuple):
+    """The cameras' readings at some steps.
+
+    Attributes:
+        positions: stage frame [m], shape (step_count, camera_count, 21, 3); NaN = unseen.
+        confidence: shape (step_count, camera_count, 21).
+        late: time of the reading minus that of the step [steps], shape (step_count, camera_count).
+        behind_m: as `Reading` has it, shape (step_count, camera_count, 21); NaN = not guessed.
+    """
+
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    late: NDArray[np.float64]
+    behind_m: NDArray[np.float64]
 
 
 class Store:
@@ -56,7 +73,13 @@ class Store:
         self._face_rays = _SomeRays((count, FACE_LANDMARKS, 3))
         self._times_ns = array("q")
         self._readings = Records(
-            np.dtype([("positions", "f4", (JOINT_COUNT, 3)), ("confidence", "f4", (JOINT_COUNT,))])
+            np.dtype(
+                [
+                    ("positions", "f4", (JOINT_COUNT, 3)),
+                    ("confidence", "f4", (JOINT_COUNT,)),
+                    ("behind", "f4", (JOINT_COUNT,)),
+                ]
+            )
         )
         self._reading_times_ns, self._reading_cameras = array("q"), array("h")
         self._slots: NDArray[np.int64] | None = None  # the step of each reading; -1 = none
@@ -102,7 +125,8 @@ class Store:
         self._hand_rays.add(frames.hand_rays)
         self._face_rays.add(frames.face_rays)
         for reading in frames.readings:
-            self._readings.add((self._placed(reading, result), reading.confidence))
+            behind_m = np.nan if reading.behind_m is None else reading.behind_m
+            self._readings.add((self._placed(reading, result), reading.confidence, behind_m))
             self._reading_times_ns.append(frames.stage_time_ns + round(reading.offset_s * 1e9))
             self._reading_cameras.append(reading.camera)
         if frames.hands:
@@ -126,9 +150,7 @@ class Store:
             records[rows] = other.read(low, high)
         return records
 
-    def readings(
-        self, begin: int, end: int, dt: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def readings(self, begin: int, end: int, dt: float) -> StoredReadings:
         """Return the cameras' readings, each with the nearest step, for steps `begin` up to `end`.
 
         Of a camera that is faster than the steps, the reading nearest to each step is returned.
@@ -137,27 +159,28 @@ class Store:
             begin: first step.
             end: step after the last.
             dt: time between steps [s].
-
-        Returns:
-            Positions in the stage frame [m], shape (step_count, camera_count, 21, 3), NaN = unseen; confidence,
-            shape (step_count, camera_count, 21); and time of the reading minus that of the step [steps], shape
-            (step_count, camera_count).
         """
         if self._slots is None:
             self._slots = self._slots_of_readings(dt)
         shape = (end - begin, len(self.cameras))
-        positions = np.full((*shape, JOINT_COUNT, 3), np.nan)
-        confidence, late = np.zeros((*shape, JOINT_COUNT)), np.zeros(shape)
+        found = StoredReadings(
+            np.full((*shape, JOINT_COUNT, 3), np.nan),
+            np.zeros((*shape, JOINT_COUNT)),
+            np.zeros(shape),
+            np.full((*shape, JOINT_COUNT), np.nan),
+        )
         which = np.flatnonzero((self._slots >= begin) & (self._slots < end))
         if len(which):
             records = self._readings.read(int(which[0]), int(which[-1]) + 1)[which - which[0]]
             at = self._slots[which] - begin, np.array(self._reading_cameras)[which]
-            positions[at], confidence[at] = records["positions"], records["confidence"]
+            found.positions[at], found.confidence[at] = records["positions"], records["confidence"]
+            found.behind_m[at] = records["behind"]
             after_ns = np.array(self._reading_times_ns)[which] - self.times_ns[self._slots[which]]
-            late[at] = after_ns * (1e-9 / dt)
+            found.late[at] = after_ns * (1e-9 / dt)
         for rows, other, low, high in self._laid_over(begin, end):
-            positions[rows], confidence[rows], late[rows] = other.readings(low, high, dt)
-        return positions, confidence, late
+            for mine, its in zip(found, other.readings(low, high, dt), strict=True):
+                mine[rows] = its
+        return found
 
     def frames_within(self, span_s: float) -> NDArray[np.float64]:
         """Return how many frames of each camera come within a time, shape (camera_count,); NaN = unknown."""
