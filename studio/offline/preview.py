@@ -167,13 +167,11 @@ def _recent(
         tracker, cameras, refine = tracked_as
         settings = SolveSettings(tracker=tracker, cameras=cameras, refine_cameras=refine)
         frames, found, *_ = tracked_frames(take, found, settings, only_kept=True)
-    several = people_of(take, frames, found, everybody=everybody)
+    several, start_s = people_of(take, frames, found, everybody=everybody), take.meta["calibration_s"]
     if several is None:
-        return {PERFORMER: _KeptPerformer(frames, with_performer(found, frames), take.meta["calibration_s"])}
+        return {PERFORMER: _KeptPerformer(frames, with_performer(found, frames), start_s)}
     return {
-        one.name: _KeptPerformer(
-            one.frames, with_performer(one.calibration, one.frames), take.meta["calibration_s"]
-        )
+        one.name: _KeptPerformer(one.frames, with_performer(one.calibration, one.frames), start_s)
         for one in several.people.performers
     }
 

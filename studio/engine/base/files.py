@@ -1,4 +1,4 @@
-"""Atomic writes: a crash leaves the old file or the new one, never a part. And what tells which code made a file."""
+"""Atomic writes: a crash leaves the old file or the new one, never a part. And stamps of files and of code."""
 
 import json
 import os

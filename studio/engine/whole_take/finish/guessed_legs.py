@@ -46,7 +46,7 @@ def add_guessed_legs(
     for pair in LEGS:
         apart_m = np.nan_to_num(off_m[:, pair[0]] - off_m[:, pair[1]])
         beyond_m = np.sign(apart_m) * np.maximum(np.abs(apart_m) - ERRS_M, 0.0)
-        counts = (beyond_m != 0.0) & seen[:, pair].all(axis=1)
+        counts = (beyond_m != 0.0) & seen[:, [*HIPS, *pair]].all(axis=1)  # the rays of unseen joints are none
         for joint, side in zip(pair, (0.5, -0.5), strict=True):
             ray = rays[counts, joint]
             at, information = (frames[counts], joint), 1.0 / (inflation * GUESSED_M**2)
