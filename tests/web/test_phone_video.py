@@ -23,6 +23,7 @@ WATCHED = """() => {
   window.seen = [];
   const see = (begin, { captureTime, mediaTime }) => {
     video.requestVideoFrameCallback(see);
+    if (video.readyState < HTMLMediaElement.HAVE_CURRENT_DATA) return; // its stream ended meanwhile
     const picture = new VideoFrame(video), later_ms = picture.timestamp / 1e3 - mediaTime * 1e3;
     pen.drawImage(picture, 0, 0);
     picture.close();

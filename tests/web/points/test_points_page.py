@@ -105,9 +105,10 @@ def test_a_take_that_plays_says_how_often_and_how_much(address: str, page: Page)
     until(lambda: coloured(page, FIRST) > SEEN)
     patient.patch(f"{address}/api/v1/replay", json={"playing": True}).raise_for_status()
     said = page.locator("#points-said")
-    expect(said).to_contain_text(re.compile(r"points · \d+ fps · \d\.\d MB/s"))
-    figures = re.search(r"(\d+) fps · (\d\.\d) MB/s", said.inner_text())
-    assert figures is not None and int(figures[1]) <= 21 and float(figures[2]) <= 2.3
+    figures = re.compile(r"points · (\d+) fps · (\d\.\d) MB/s")
+    found: list[str] = []  # read once: a busy machine may show none a moment later
+    until(lambda: bool(found.extend(figures.findall(said.inner_text())) or found))
+    assert int(found[0][0]) <= 21 and float(found[0][1]) <= 2.3
     assert "which a tablet takes" in (said.get_attribute("title") or "")
 
 
