@@ -5,9 +5,9 @@ from playwright.sync_api import Page
 SIZES = ((1280, 720), (1920, 1080), (390, 844))
 
 BEYOND = """() => {
-  const scrolls = (e) => {  // a part that may be pushed aside by a finger, such as a wide table
+  const scrolls = (e) => {  // a part that may be pushed aside by a finger
     for (; e && e !== document.body; e = e.parentElement) {
-      if (e.matches(".scrolls, pre")) return true;
+      if (e.matches("pre")) return true;
     }
     return false;
   };
