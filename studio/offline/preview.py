@@ -18,7 +18,7 @@ from studio.engine.model.frames import CameraFrame
 from studio.engine.model.performers.exchange import Exchange
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
-from studio.engine.whole_take.mending.floor import FeetSeen, feet_seen, is_raised_for_pins
+from studio.engine.whole_take.mending.floor import FeetSeen, feet_seen, is_raised_for_pins, places_feet
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.performers import people_of
 from studio.offline.tracking import is_tracked, tracked_frames
@@ -101,6 +101,11 @@ class SeenPerformer:
         if not is_raised_for_pins(self.calibration, self.settings, edits) or self._kept.feet is None:
             return 0.0
         return self._kept.feet.lift_of_pins_m(edits)
+
+    def read_feet(self) -> None:
+        """Look at the feet, where a pin may need them."""
+        if places_feet(self.calibration, self.settings):
+            _ = self._kept.feet
 
 
 def seen_performer(take: Take, settings: SolveSettings, performer: str) -> SeenPerformer:

@@ -40,7 +40,9 @@ from studio.take.folder.take import Take
 from studio.take.folder.tracked import Tracked, keep_tracked, read_tracked
 from studio.take.raw.depth import DepthRecording, placed_cameras
 from studio.take.raw.frames import camera_frames, inspect_raw
+from studio.take.raw.index import indexed_topics
 from studio.take.raw.kept_frames import several_bodies
+from studio.take.raw.records import LIVE_TOPIC, is_depth_topic
 
 Progress = Callable[[float], None]
 _CAMERA = "camera-"
@@ -76,8 +78,12 @@ def is_tracked(take: Take, settings: SolveSettings) -> bool:
 @lru_cache(maxsize=8)
 def _recorded(raw: Path, _: FileStamp) -> tuple[bool, bool]:
     """Return whether a raw file has depth images, and skeletons; it is read again when it changed."""
-    summary = inspect_raw(raw)
-    return bool(summary.depth_frames), any(summary.frames.values())
+    topics = indexed_topics(raw)
+    if topics is None:
+        summary = inspect_raw(raw)
+        return bool(summary.depth_frames), any(summary.frames.values())
+    cameras = topics - {LIVE_TOPIC}
+    return any(map(is_depth_topic, cameras)), not all(map(is_depth_topic, cameras))
 
 
 def tracked_frames(

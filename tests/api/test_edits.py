@@ -65,7 +65,8 @@ def test_a_file_of_a_newer_program_is_told(recorded):
 
 def test_a_preview_is_of_a_solve_of_the_take(recorded):
     http = recorded.http
-    assert_error(http.post(f"{ROUTE}/preview", json={"solve": "nothing"}), 404, "not_found", "take.no_solve")
+    for ask in (http.post, http.put):
+        assert_error(ask(f"{ROUTE}/preview", json={"solve": "nothing"}), 404, "not_found", "take.no_solve")
 
 
 def test_offers_need_a_solve_that_says_what_went_into_it(recorded):

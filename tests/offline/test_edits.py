@@ -14,8 +14,9 @@ from studio.engine.model.joints import OUTPUT_INDEX
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import parse_settings
 from studio.engine.whole_take.trace import Trace
-from studio.offline import replay
+from studio.offline import preview, replay
 from studio.offline.edits.around import solve_around
+from studio.offline.edits.first_look import read_ahead
 from studio.offline.edits.mend import mend
 from studio.offline.edits.offers import offers
 from studio.offline.replay import solve_take
@@ -151,15 +152,22 @@ def test_the_surroundings_of_an_instant_are_solved_into_the_whole_solve(take, cl
     assert np.linalg.norm(found.positions_m[middle, WRIST] - (x, y, z)) < 0.03
 
 
-def test_a_second_look_reads_nothing_of_the_take_again(take, clean, monkeypatch):
+@pytest.mark.parametrize("first", ["look", "read ahead"])
+def test_a_look_reads_nothing_that_was_read_before(take, clean, monkeypatch, first):
     at_s = float(clean.time_s[len(clean.time_s) // 2])
     x, y, z = (clean.positions_m[len(clean.time_s) // 2, WRIST] + [0.0, 0.0, 0.1]).tolist()
     pin = PinEdit(id="a", joint="right_wrist", place_m=(x, y, z), start_s=at_s, end_s=at_s)
-    first = solve_around(take, parse_settings("finish"), [pin], at_s, stored=clean)
-    for name in ("preview.camera_frames", "preview.feet_seen", "tracking.inspect_raw"):
+
+    def look() -> Poses:
+        return solve_around(take, parse_settings("finish"), [pin], at_s, stored=clean)
+
+    before = look()
+    if first == "read ahead":
+        preview._recent.cache_clear()
+        read_ahead(take, parse_settings("finish"))
+    for name in ("preview.camera_frames", "preview.feet_seen", "tracking.indexed_topics"):
         monkeypatch.setattr(f"studio.offline.{name}", None)
-    again = solve_around(take, parse_settings("finish"), [pin], at_s, stored=clean)
-    np.testing.assert_array_equal(again.positions_m, first.positions_m)
+    np.testing.assert_array_equal(look().positions_m, before.positions_m)
 
 
 def test_each_event_has_a_cause_and_an_edit(take):

@@ -22,6 +22,7 @@ from studio.take.folder.take import Take
 from studio.take.folder.tracked import FOLDER
 from studio.take.library.bundle import write_bundle
 from studio.take.raw.frames import RawWriter
+from studio.take.raw.index import indexed_topics
 from studio.take.raw.kept_frames import several_bodies
 from studio.take.upkeep.doctor import check_take
 from studio.wire import encode
@@ -80,6 +81,14 @@ def test_another_raw_file_is_looked_at_anew(take: Take) -> None:
         writer.frame("camera_0", encode(frame(0, 0, 0, 0.0)), arrival_ns=0, device_time_ns=0, sequence=0)
     (take.path / "other.mcap").replace(take.raw_path)
     assert was and not tracking.is_tracked(take, settings)
+
+
+def test_a_raw_file_without_its_index_is_read(take: Take) -> None:
+    settings = SolveSettings()
+    was = tracking.is_tracked(take, settings)
+    take.raw_path.write_bytes(take.raw_path.read_bytes()[:-8])
+    assert indexed_topics(take.raw_path) is None
+    assert was and tracking.is_tracked(take, settings)
 
 
 def test_what_was_tracked_with_other_frames_transforms_or_code_is_tracked_again(

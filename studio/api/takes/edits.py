@@ -175,6 +175,19 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
         )  # fmt: skip
         return jobs.get(job.id)
 
+    @router.put("/preview", status_code=204)
+    def read_ahead(session: str, take: str, request: PreviewRequest, http: Request) -> None:
+        """Read what a preview of the replayed performer needs, as a joint begins to be dragged: the next preview is then
+        there sooner."""
+        opened = finder.take(session, take)
+        finder.solve(opened, request.solve)
+        player: Replayer = http.app.state.player
+        _, performer = player.playhead(f"{session}/{take}")
+        run_in_process(
+            "studio.offline.edits.first_look:read_ahead",
+            opened, settings_of(opened, request.solve), performer=performer,
+        )  # fmt: skip
+
     @router.get("/offers")
     def get_offers(session: str, take: str, solve: str, performer: str = "") -> OffersOfSolve:
         """What to mend in a solve, in order of time: each clean-up event, its cause, and edits that would mend it."""

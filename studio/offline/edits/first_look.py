@@ -6,6 +6,7 @@ from studio.engine.animation.splicing.retime import at_solve_times
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import SolveSettings
 from studio.offline.edits.around import blended_into, solve_around
+from studio.offline.preview import seen_performer
 from studio.take.edits.carry import edits_of_solve
 from studio.take.folder.solves import time_map
 from studio.take.folder.take import PERFORMER, POSES, Take
@@ -45,3 +46,11 @@ def look_at_edits(
     first_s, last_s = times.solve_s(found.time_s[[0, -1]])
     shown_s = stored.time_s[(stored.time_s >= first_s) & (stored.time_s <= last_s)]
     return blended_into(at_solve_times(found, times, shown_s), stored)
+
+
+def read_ahead(take: Take, settings: SolveSettings, *, performer: str = "") -> None:
+    """Read what `look_at_edits` needs of a take, for the next call in this process, as a user begins to drag a joint.
+
+    Args and errors: as `look_at_edits`.
+    """
+    seen_performer(take, settings, performer or PERFORMER).read_feet()

@@ -9,13 +9,13 @@ from pathlib import Path
 
 from mcap.exceptions import McapError
 from mcap.reader import McapReader, make_reader
-from mcap.summary import Summary
 
 from studio.engine.base.errors import TakeError
 from studio.take.folder.meta import TakeMeta
 from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.take.folder.take import Take
 from studio.take.raw.append import hello_of
+from studio.take.raw.index import topics_of
 from studio.take.raw.records import LATE_KEY, LIVE_TOPIC, depth_topic
 from studio.take.raw.span import RawSpan
 from studio.take.video.kept import video_bytes
@@ -152,22 +152,12 @@ def _read_index(raw_path: Path) -> tuple[float | None, set[str]]:
         with open(raw_path, "rb") as file:
             reader = make_reader(file)
             summary = reader.get_summary()
-            topics = set() if summary is None else _topics(summary)
+            topics = set() if summary is None else topics_of(summary)
             late = summary is not None and any(LATE_KEY in c.metadata for c in summary.channels.values())
             ends = _span(reader) if late else _ends(reader, topics - {LIVE_TOPIC})
     except (OSError, McapError, ValueError):
         return None, set()
     return (None, set()) if ends is None else ((ends[1] - ends[0]) * 1e-9, topics)
-
-
-def _topics(summary: Summary) -> set[str]:
-    """Return the topics of a file that have messages."""
-    found = summary.statistics
-    return {
-        channel.topic
-        for channel in summary.channels.values()
-        if found is None or found.channel_message_counts.get(channel.id)
-    }
 
 
 def _span(reader: McapReader) -> tuple[int, int] | None:

@@ -86,6 +86,11 @@ def depth_topic(name: str) -> str:
     return f"camera/{name}/depth"
 
 
+def is_depth_topic(topic: str) -> bool:
+    """Whether an MCAP topic is that of a camera's depth images."""
+    return topic.endswith("/depth")
+
+
 def depth_camera(intrinsics: wire.Intrinsics) -> DepthCamera:
     """Return the engine's camera of a hello's intrinsics."""
     return DepthCamera(

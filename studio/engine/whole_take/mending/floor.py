@@ -59,8 +59,13 @@ def lift_of_pins_m(
 
 def is_raised_for_pins(calibration: Calibration, settings: SolveSettings, edits: Sequence[Edit]) -> bool:
     """Return whether finishing may raise what depth cameras see, and pins need to know how far."""
+    return places_feet(calibration, settings) and bool(of_kind(edits, PinEdit))
+
+
+def places_feet(calibration: Calibration, settings: SolveSettings) -> bool:
+    """Return whether finishing may raise what depth cameras see, by the feet of a known performer."""
     places = settings.finish == "on" and settings.floor_contact == "on" and not calibration.floor_given
-    return places and calibration.performer is not None and bool(of_kind(edits, PinEdit))
+    return places and calibration.performer is not None
 
 
 @dataclass(frozen=True)

@@ -175,6 +175,8 @@ export const changeEdit = (take, id, edit, revision) => call("PATCH", `${editsPa
 export const removeEdit = (take, id, revision) => call("DELETE", `${editsPath(take)}/${encodeURIComponent(id)}?revision=${revision}`);
 /** Begin to solve what is around the playhead with the take's edits; it is shown there. */
 export const previewEdits = (take, solve) => call("POST", `${editsPath(take)}/preview`, { solve });
+/** Have what `previewEdits` needs read before it is asked for. */
+export const readAhead = (take, solve) => call("PUT", `${editsPath(take)}/preview`, { solve });
 export const getOffers = (take, solve, performer) => call("GET", `${editsPath(take)}/offers?${new URLSearchParams({ solve, ...(performer && { performer }) })}`);
 /** Put all edits of a take in the place of those it has, as one change. */
 export const replaceEdits = (take, edits, revision) => call("PUT", editsPath(take), { edits, revision });

@@ -6,7 +6,7 @@ import { canOperate } from "../base/role.js";
 import { t } from "../base/strings.js";
 import { drawDragged, pointOf } from "../video/drawing.js";
 import { repaintVideo, shownPicture } from "../video/pane.js";
-import { add, change } from "./list.js";
+import { add, change, expectLook } from "./list.js";
 import { RADIUS_M } from "./pinning.js";
 import { editList } from "./state.js";
 import { CANONICAL } from "./words.js";
@@ -57,6 +57,7 @@ function grab(event) {
   event.preventDefault();
   event.currentTarget.setPointerCapture(event.pointerId);
   state.drag = { ...found, to: found.from, picture };
+  expectLook(editList().replay);
 }
 
 /** Leave the joint as it is. */

@@ -2,7 +2,7 @@
 import { getGizmo, getReplayJoints, hideGizmo, showGizmo } from "../base/api.js";
 import { attempt } from "../base/messages.js";
 import { listenInside } from "../view/viewer.js";
-import { add } from "./list.js";
+import { add, expectLook } from "./list.js";
 import { stageOf } from "./time.js";
 import { OUTPUT, canonicalOf } from "./words.js";
 
@@ -22,6 +22,7 @@ export async function beginPin(replay, frame, joint) {
     return showGizmo(places[OUTPUT[canonical]]);
   });
   if (!shown) return;
+  expectLook(replay);
   state.pin = { kind: "pin", joint: canonical, start_s: time_s, end_s: time_s, radius_m: RADIUS_M, ...(replay.performer && { performer: replay.performer }) };
   state.frame = frame;
   state.changed();
