@@ -177,8 +177,8 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.put("/preview", status_code=204)
     def read_ahead(session: str, take: str, request: PreviewRequest, http: Request) -> None:
-        """Read what a preview of the replayed performer needs, as a joint begins to be dragged: the next preview is then
-        there sooner."""
+        """Read what a preview of the replayed performer needs, as a joint begins to be dragged: the next preview is
+        sooner there."""
         opened = finder.take(session, take)
         finder.solve(opened, request.solve)
         player: Replayer = http.app.state.player
