@@ -50,11 +50,13 @@ class Performer:
         low, high = at[INDEX["left_hip"]], at[INDEX["left_shoulder"]]
         return float(-low / (high - low)), float((at[INDEX["neck"]] - low) / (high - low))
 
+    def bone_m(self, name: str) -> float:
+        """Length of the bone that ends in a canonical joint [m]."""
+        return float(np.linalg.norm(self.offsets_m[INDEX[name]]))
+
     def bones_m(self) -> dict[str, float]:
         """Length of each bone [m], by the canonical joint at its end."""
-        return {
-            name: float(np.linalg.norm(self.offsets_m[INDEX[name]])) for name in CANONICAL if name != "hips"
-        }
+        return {name: self.bone_m(name) for name in CANONICAL if name != "hips"}
 
     def reach_m(self) -> NDArray[np.float64]:
         """How far each joint reaches from the shoulder or hip that carries it [m], shape (21,); infinite for those of

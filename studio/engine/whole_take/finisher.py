@@ -119,6 +119,7 @@ class Finisher:
         self._with_contacts = settings.floor_contact == "on"
         rest = humanoid.skeleton.rest_positions_m
         self._rest_heights_m = rest[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
+        self._last_feet = np.empty((0, 0)), Soles(np.empty((0, len(JOINTS), 3)), np.empty((0, len(JOINTS))))
         self._floor_given = floor_given
         self._root_height_m = performer.root_height_m if floor_given else None
         self.floor_given, self.lifted_m = floor_given, 0.0
@@ -376,7 +377,15 @@ class Finisher:
         self._steps.step(q, pieces, contacts, smoother or self._smoother)
 
     def _feet(self, q: NDArray[np.float64]) -> Soles:
-        return feet_of(self._humanoid, q, self._rest_heights_m)
+        """Return the feet; of configurations that are as they were the last time, they are kept."""
+        was, feet = self._last_feet
+        if len(was) != len(q):
+            feet = feet_of(self._humanoid, q, self._rest_heights_m)
+        else:
+            new = (q != was).any(axis=1)
+            feet = feet.with_rows(new, feet_of(self._humanoid, q[new], self._rest_heights_m))
+        self._last_feet = q.copy(), feet
+        return feet
 
     def _squared_radii(self, q: NDArray[np.float64], pieces: list[tuple[int, int]]) -> NDArray[np.float64]:
         """Squared radii of the canonical joints' 90 % balls [m2], shape (frame_count, 21)."""

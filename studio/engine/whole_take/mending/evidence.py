@@ -119,14 +119,19 @@ def bones_off(tracks: Array, joint: int, lengths: Mapping[str, float], moved: Ar
     return np.nan_to_num(np.minimum((off / BONE_M) ** 2, MOST)).sum(axis=1)
 
 
-def too_far(track: Array, at: slice, place_m: Array) -> Array:
+def fastest_of(track: Array) -> float:
+    """Speed that a joint seldom exceeds [m/s]."""
+    speed = np.linalg.norm(np.gradient(path_of(track), STEP_S, axis=0), axis=1)
+    return max(float(np.percentile(speed, FAST_PERCENT)), STILL_M_S)
+
+
+def too_far(track: Array, at: slice, place_m: Array, fastest_m_s: float) -> Array:
     """Squared residuals of what is further from the pin than the joint moves in the time between, sum over cameras,
     shape (count,)."""
     away_s = STEP_S * np.maximum(
         np.maximum(at.start - np.arange(len(track)), np.arange(len(track)) - at.stop + 1), 0
     )
-    speed = np.linalg.norm(np.gradient(path_of(track), STEP_S, axis=0), axis=1)
-    near = NEAR_M + max(float(np.percentile(speed, FAST_PERCENT)), STILL_M_S) * away_s
+    near = NEAR_M + fastest_m_s * away_s
     beyond = np.maximum(np.linalg.norm(track - place_m, axis=2) - near[:, None], 0.0)
     return np.nan_to_num(np.minimum((beyond / NOISE_M) ** 2, MOST)).sum(axis=1)
 

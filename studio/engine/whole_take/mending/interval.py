@@ -25,6 +25,7 @@ from studio.engine.whole_take.mending.evidence import (
     Erring,
     best_of,
     bones_off,
+    fastest_of,
     in_trunk,
     jumps_of,
     scale_of,
@@ -96,13 +97,23 @@ def erring(
     bones = {} if performer is None else performer.bones_m()
     lengths = {name: length for name, length in bones.items() if length > SHORT_M}
     last, scale = len(tracks) - 1, scale_of(jumps_of(tracks), noise)
-    every = np.ones(tracks.shape[:2], dtype=bool)
+    every, fastest_m_s = np.ones(tracks.shape[:2], dtype=bool), fastest_of(near)
     found = []
     for joints in limb_of(joint):
         for in_body in (False, True):
             own = axes if in_body else np.broadcast_to(np.eye(3), axes.shape)
             tried = ShiftErrors(
-                tracks, near, scale[..., list(joints)], joint, joints, at, place_m[at], own, lengths, in_body
+                tracks,
+                near,
+                scale[..., list(joints)],
+                joint,
+                joints,
+                at,
+                place_m[at],
+                own,
+                lengths,
+                fastest_m_s,
+                in_body,
             )
             for row in (
                 slice(max(at.start - 1, 0), at.start),
@@ -117,7 +128,7 @@ def erring(
     own = limb_of(joint)[0]
     measured = [one for one in own if CANONICAL[one] in lengths]
     right = sum((bones_off(tracks, one, lengths) for one in measured), np.zeros(len(tracks)))
-    right += too_far(near, at, place_m[at].mean(axis=0))
+    right += too_far(near, at, place_m[at].mean(axis=0), fastest_m_s)
     of_trunk = in_trunk(tracks, joint)
     taken = bool(of_trunk[at].any())
     if taken:  # for the trunk, and wrong as long as that lasts

@@ -11,9 +11,11 @@ from studio.engine.model.joints import CANONICAL, PARENTS
 from studio.engine.whole_take.mending.evidence import (
     BONE_M,
     MOST,
+    SLOPE,
     Erring,
     best_of,
     bones_off,
+    fastest_of,
     jumps_of,
     squared_of,
     too_far,
@@ -46,15 +48,17 @@ class ShiftErrors:
         place_m: Array,
         own: Array,
         lengths: Mapping[str, float],
+        fastest_m_s: float,
         in_body: bool,
     ) -> None:
+        """`fastest_m_s`: `fastest_of(near)`."""
         self._tracks, self.scale_of, self._joint, self._joints, self._at = tracks, scale, joint, joints, at
-        self._own, self._lengths, self._in_body = own, lengths, in_body
+        self._own, self._lengths, self._in_body, self._fastest_m_s = own, lengths, in_body, fastest_m_s
         self._near, self._there = near, place_m.mean(axis=0)
         self._local = np.einsum("tba,tcjb->tcja", own, tracks[:, :, list(joints)])
         self._jump = jumps_of(self._local)
         self._plain = squared_of(self._jump, scale)
-        self._frames = bones_off(tracks, joints[0], lengths) + too_far(near, at, self._there)
+        self._frames = bones_off(tracks, joints[0], lengths) + too_far(near, at, self._there, fastest_m_s)
 
     def off_m(self, row: slice) -> Array:
         """By how much the joint is off the pin's place in some instants [m], shape (3,): where an error begins or
@@ -69,7 +73,9 @@ class ShiftErrors:
         away = np.einsum("tab,b->ta", self._own, shift)[:, None]
         top, tracks = self._joints[0], self._tracks
         frames = bones_off(tracks, top, self._lengths, tracks[:, :, top] - away)
-        frames += too_far(self._near - away, self._at, self._there) - self._frames
+        near = self._near - away
+        fastest_m_s = fastest_of(near) if self._in_body else self._fastest_m_s
+        frames += too_far(near, self._at, self._there, fastest_m_s) - self._frames
         begins, ends = (
             squared_of(self._jump + sign * shift, self.scale_of, MOST_OF_SHIFT) - self._plain
             for sign in (-1.0, 1.0)
@@ -99,16 +105,19 @@ def shift_of(
         performer: as in `erring`.
     """
     joints = list(found.joints)
-    jump = jumps_of(np.einsum("tba,tcjb->tcja", own, tracks[:, :, joints]))
     edges = [(found.rows.start, errs[0], 1.0), (found.rows.stop, errs[-1], -1.0)]
-    told = [(sign * jump[k][by], noise[k][by][:, joints]) for k, by, sign in edges if k < len(jump)]
+    told = [
+        (sign * _jump_at(k, tracks[:, :, joints], own)[by], noise[k][by][:, joints])
+        for k, by, sign in edges
+        if k < len(tracks)
+    ]
     off = np.concatenate([np.empty((0, 3)), *(one.reshape(-1, 3) for one, _ in told)])
     sigma = JUMP_M * np.concatenate([np.empty(0), *(one.ravel() for _, one in told)])
     off, sigma = off[np.isfinite(off[:, 0])], sigma[np.isfinite(off[:, 0])]
-    top, length = joints[0], None if performer is None else performer.bones_m().get(CANONICAL[joints[0]])
-    bones = np.einsum("tba,tcb->tca", own, tracks[:, :, top] - tracks[:, :, int(PARENTS[top])])[found.rows][
-        errs
-    ]
+    top = joints[0]
+    length = None if performer is None or CANONICAL[top] == "hips" else performer.bone_m(CANONICAL[top])
+    seen = tracks[found.rows]
+    bones = np.einsum("tba,tcb->tca", own[found.rows], seen[:, :, top] - seen[:, :, int(PARENTS[top])])[errs]
     bones = bones[np.isfinite(bones[:, 0])]
     shift = found.shift_m
     for _ in range(ROUNDS):
@@ -125,3 +134,10 @@ def shift_of(
             right = right + np.einsum("k,ka->a", weight * (beyond + unit @ shift), unit)
         shift = np.linalg.solve(normal, right)
     return shift
+
+
+def _jump_at(k: int, tracks: Array, own: Array) -> Array:
+    """The jumps before an instant, of the shape (camera_count, joint_count, 3), in some axes; see `jumps_of`."""
+    first = max(k - SLOPE - 1, 0)
+    about = slice(first, k + SLOPE)
+    return jumps_of(np.einsum("tba,tcjb->tcja", own[about], tracks[about]))[k - first]

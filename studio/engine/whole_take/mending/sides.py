@@ -22,7 +22,7 @@ SIDES_STEPS = 1.0
 """Standard deviation of the time over which a camera's sides are compared [instants]."""
 
 ROUNDS = 4
-"""Rounds in which cameras' sides are compared with their common skeleton."""
+"""Most rounds in which cameras' sides are compared with their common skeleton."""
 
 STEP_M = 0.025
 """Sided joints that move by so much more on average from one instant to the next are less likely by a factor e."""
@@ -31,7 +31,7 @@ RIGHT, AHEAD = 0.1, 0.1
 """Logarithms of how likely it is that a camera has its sides right, and that feet and knees point ahead, in an
 instant: both last, so that one instant says little."""
 
-_SIDED = MIRROR != np.arange(JOINT_COUNT)
+_SIDED = np.flatnonzero(MIRROR != np.arange(JOINT_COUNT))
 
 
 def exchanged_sides(tracks: Array) -> NDArray[np.bool_]:
@@ -49,7 +49,9 @@ def exchanged_sides(tracks: Array) -> NDArray[np.bool_]:
         as_named = np.where(exchanged[..., None, None], mirrored, tracks)
         middle = gaussian_filter1d(filled(median_of(as_named)), 1.0, axis=0, mode="nearest")
         stays, turns = (_apart(one, middle) for one in (tracks, mirrored))
-        exchanged = _averaged(turns - stays) < 0.0
+        before, exchanged = exchanged, _averaged(turns - stays) < 0.0
+        if (exchanged == before).all():  # so it would be in all further rounds
+            break
     return exchanged
 
 
@@ -82,7 +84,8 @@ def _all_exchanged(tracks: Array, exchanged: NDArray[np.bool_]) -> NDArray[np.bo
 
 def _apart(tracks: Array, middle: Array) -> Array:
     """Mean distance of the joints of either side, clipped [m], shape (count, camera_count)."""
-    distance = np.minimum(np.linalg.norm(tracks - middle[:, None], axis=3), 0.3)[:, :, _SIDED]
+    off = tracks[:, :, _SIDED] - middle[:, None, _SIDED]
+    distance = np.minimum(np.linalg.norm(off, axis=3), 0.3)
     known = np.isfinite(distance)
     return np.where(known, distance, 0.0).sum(axis=2) / np.maximum(known.sum(axis=2), 1)
 

@@ -29,6 +29,12 @@ class Soles:
     joints_m: NDArray[np.float64]
     soles_m: NDArray[np.float64]
 
+    def with_rows(self, rows: NDArray[np.bool_], other: "Soles") -> "Soles":
+        """The same with those of other configurations in some frames; `other` has these frames alone."""
+        joints_m, soles_m = self.joints_m.copy(), self.soles_m.copy()
+        joints_m[rows], soles_m[rows] = other.joints_m, other.soles_m
+        return Soles(joints_m, soles_m)
+
 
 def feet_of(humanoid: Humanoid, q: NDArray[np.float64], rest_heights_m: NDArray[np.float64]) -> Soles:
     """Return the feet of configurations, shape (frame_count, nq).
