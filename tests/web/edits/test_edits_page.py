@@ -65,7 +65,9 @@ def test_a_joint_is_dragged_to_its_place(address: str, take: Take, page: Page) -
     place = patient.get(joints, params={"frame": FRAME}).json()["positions_m"]["LeftHand"]
     page.mouse.click(*pixel(page, place))
     expect(page.locator("#replay-joint")).to_have_value("LeftHand")
-    page.keyboard.press("p")
+    with page.expect_response(lambda one: one.url.endswith("/edits/preview")) as ahead:
+        page.keyboard.press("p")
+    assert (ahead.value.request.method, ahead.value.status) == ("PUT", 204)  # the first look is expected
     expect(page.locator("#edit-said")).to_have_text("Drag an arrow to where this was: left wrist")
     page.keyboard.press("Escape")
     expect(page.locator("#edit-pin")).to_be_enabled()  # the replay goes on
