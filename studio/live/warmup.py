@@ -23,20 +23,31 @@ def warm_up() -> None:
     with _lock:
         if _ready.is_set():
             return
-        from studio.offline.warming import prepare  # slow to load
+        from studio.offline.warming import prepare_one  # slow to load
 
         try:
-            prepare()
+            prepare_one()
         except Exception:  # boundary of the thread: the live pipeline reports the error
             _log.exception("the solver could not be made ready; the first pose will come late")
         _ready.set()
 
 
+def _warm_up_for_several() -> None:
+    """Prepare for several performers, for whom nobody waits yet."""
+    from studio.offline.warming import prepare_several  # slow to load
+
+    try:
+        prepare_several()
+    except Exception:  # boundary of the thread: so do they
+        _log.exception("a second performer will come late")
+
+
 def begin(then: Callable[[], None]) -> None:
-    """Prepare the process on a thread, and call `then` on that thread."""
+    """Prepare the process on a thread, and call `then` on that thread as soon as one performer can be solved."""
 
     def run() -> None:
         warm_up()
         then()
+        _warm_up_for_several()
 
     threading.Thread(target=run, name="warm-up", daemon=True).start()

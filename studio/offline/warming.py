@@ -27,13 +27,23 @@ SECONDS = 0.4
 
 
 def prepare() -> None:
+    """Make ready for any solve; results are discarded."""
+    prepare_one()
+    prepare_several()
+
+
+def prepare_one() -> None:
     """Solve a moment of the embedded performer with the preset `studio`, as depth cameras see it and as ordinary ones
-    do; search limbs; tell two performers apart; and discard the results."""
+    do; and search limbs."""
     stage = make_stage(SECONDS)
     solve_stage(stage, preset("studio"))
     _solve_pictures(stage, preset("studio"))
     _find_limbs(stage.performer)
-    _tell_apart(_frames(stage)[:2])
+
+
+def prepare_several() -> None:
+    """Tell two performers apart."""
+    _tell_apart(_frames(make_stage(0.1))[:2])
 
 
 def solve_stage(stage: DemoStage, settings: SolveSettings) -> Poses:

@@ -96,7 +96,7 @@ def test_what_cannot_be_made_ready_is_told_and_begins_anyway(monkeypatch, caplog
     def fails():
         raise OSError("made to fail")
 
-    monkeypatch.setattr("studio.offline.warming.prepare", fails)
+    monkeypatch.setattr("studio.offline.warming.prepare_one", fails)
     monkeypatch.setattr(warmup, "_ready", threading.Event())
     began = threading.Event()
     with caplog.at_level("ERROR"):

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from studio.engine.identity.person import FollowedPerson
 
@@ -111,6 +110,8 @@ class Crowd:
             stage_s: time of the frame [s].
             bodies: joints in the stage frame [m], shape (body_count, 21, 3); NaN = unseen.
         """
+        from scipy.optimize import linear_sum_assignment  # slow to load: one performer needs none of it
+
         frame, self._frames = self._frames, self._frames + 1
         here = [k for k, one in enumerate(self.people) if stage_s - one.person.last_s < _AWAY_S]
         cost = _costs([self.people[k] for k in here], stage_s, bodies)

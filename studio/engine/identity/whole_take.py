@@ -10,7 +10,6 @@ from heapq import merge
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from studio.engine.base.geometry import transform_points
 from studio.engine.calibration.calibrate import walk_of, with_performer
@@ -216,6 +215,8 @@ def recognise(bones_m: Sequence[NDArray[np.float64]], known: Sequence[KnownPerso
         bones_m: of everybody who was seen, see `FollowedPerson.bones_m`, shape (21,) each.
         known: performers.
     """
+    from scipy.optimize import linear_sum_assignment  # slow to load, as in `crowd`
+
     far = np.array([[min(apart_m(bones, one.bones_m), 1.0) for one in known] for bones in bones_m])
     pairs = zip(*linear_sum_assignment(far), strict=True) if far.size else ()
     return {int(who): known[one] for who, one in pairs if far[who, one] < ALIKE_M}

@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 
 from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.files import FileStamp, file_stamp
 from studio.take.folder.take import Take
 from studio.take.library.sessions import find_take
 from studio.take.raw.append import scan_raw
@@ -94,7 +95,7 @@ class LateVideos:
         self._sessions, self._folder = sessions, sessions / FOLDER
         self._open: dict[str, _Open] = {}
         self._lock = threading.Lock()
-        self._members: tuple[tuple[str, int, int], Membership] | None = None
+        self._members: tuple[tuple[Path, FileStamp], Membership] | None = None
         for file in self._folder.glob("*"):
             if file.is_file() and file.stat().st_mtime < time.time() - LEFT_S:
                 file.unlink(missing_ok=True)
@@ -195,8 +196,7 @@ class LateVideos:
         return ("unwanted", reason) if reason else ("wanted", "")
 
     def _membership(self, take: Take) -> Membership:
-        found = take.raw_path.stat()
-        key = str(take.raw_path), found.st_size, found.st_mtime_ns
+        key = take.raw_path, file_stamp(take.raw_path)
         with self._lock:
             if self._members is None or self._members[0] != key:
                 self._members = key, Membership(scan_raw(take.raw_path))

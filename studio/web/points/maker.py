@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import StudioError
+from studio.engine.base.files import file_stamp
 from studio.engine.model.cameras.depth import DepthCamera
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
@@ -80,8 +81,7 @@ class Maker:
 
     def _indexed(self, path: Path, should_stop: Callable[[], bool]) -> DepthRecording | None:
         """Return the index of a file, None if it cannot be read; the last one is kept, also that there is none."""
-        found = path.stat()
-        key = path, found.st_mtime_ns, found.st_size
+        key = path, file_stamp(path)
         if self._index is None or self._index[0] != key:
             self._index = key, None
             try:

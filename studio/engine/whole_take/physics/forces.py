@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from studio.engine.whole_take.physics.dynamics import Dynamics
 from studio.engine.whole_take.physics.points import FloorPoints
@@ -65,6 +64,8 @@ def contact_forces(
         bears: which points may bear, or how firmly, 0..1, shape (K, P): forces of `shared` ones cost the less.
         shared: spread forces of equal effect over the points; the residual is then a little greater.
     """
+    from scipy.optimize import nnls  # slow to load: live solves need none of it
+
     frames, count = bears.shape
     wanted = np.hstack([motion.force, motion.moment / ARM_M])
     along, residual = np.zeros((frames, count, 4)), wanted.copy()
