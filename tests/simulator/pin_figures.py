@@ -27,6 +27,7 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings.settings import parse_settings
 from studio.offline import replay
 from studio.offline.tracking import calibrate_take
+from studio.review.render.strip import render_strip
 from studio.simulator.simulate import simulate_take
 from studio.take.folder.take import Take
 from studio.take.raw.frames import camera_frames
@@ -119,8 +120,8 @@ class Bench:
         found = cleanup_figures(poses, self._truth, self._alignment)["cleanup_events"] or []
         return sum(e["start_s"] <= end_s + OUTSIDE_S and e["end_s"] >= begin_s - OUTSIDE_S for e in found)
 
-    def measured(self, kind: str, seed: int) -> Figures:
-        """Return the figures of a fault of a kind."""
+    def measured(self, kind: str, seed: int, picture: Path | None = None) -> Figures:
+        """Return the figures of a fault of a kind; `picture`: of the solves without it, with it, and mended."""
         rng = np.random.default_rng(seed)
         span = float(self.clean.time_s[0]), float(self.clean.time_s[-1])
         fault = a_fault(kind, rng, span, list(self._frames), self.true_m)
@@ -133,6 +134,9 @@ class Bench:
         edit = mending(fault, at_s, self.true_m(np.array([at_s]))[0, joint], rng)
         after, after_s = self._solved(frames, (edit,))
         mended = self.errors_m(after, fault.begin_s, fault.end_s)[1]
+        if picture is not None:
+            rows = {"without the fault": [self.clean], "with it": [before], "mended by one edit": [after]}
+            render_strip(rows, picture, times_s=np.linspace(fault.begin_s, fault.end_s, 7).tolist())
         outside = (after.time_s < fault.begin_s - OUTSIDE_S) | (after.time_s > fault.end_s + OUTSIDE_S)
         moved, worse = (1e3 * float(np.percentile(m[outside], 99)) for m in self._moved_m(after, before))
         clean_mm, before_mm, after_mm = (
@@ -186,6 +190,7 @@ def main() -> None:
     parser.add_argument("--preset", default="finish")
     parser.add_argument("--kinds", default=",".join(KINDS))
     parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="for a picture of each fault")
     every = []
     for take, truth, faults in jobs(parser.parse_args()):
         reference = read_reference(truth)
@@ -194,7 +199,9 @@ def main() -> None:
         for kind, seed in faults:
             if bench.clean.time_s[-1] - bench.clean.time_s[0] < LENGTHS_S[kind] + 2.0:
                 continue  # the take is too short for it
-            one = bench.measured(kind, seed)
+            folder = parser.parse_args().pictures
+            picture = None if folder is None else folder / f"{take.path.name}_{kind}_{seed}.png"
+            one = bench.measured(kind, seed, picture)
             every.append(one)
             print(
                 f"{take.path.name:26} {kind:8} {one.fault.joint:12} {one.fault.begin_s:6.2f} s  "
