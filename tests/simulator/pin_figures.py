@@ -191,16 +191,17 @@ def main() -> None:
     parser.add_argument("--kinds", default=",".join(KINDS))
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="for a picture of each fault")
-    every = []
-    for take, truth, faults in jobs(parser.parse_args()):
+    args, every = parser.parse_args(), []
+    if args.pictures is not None:
+        args.pictures.mkdir(parents=True, exist_ok=True)
+    for take, truth, faults in jobs(args):
         reference = read_reference(truth)
         assert not isinstance(reference, Markers)
-        bench = Bench(take, reference, parser.parse_args().preset)
+        bench = Bench(take, reference, args.preset)
         for kind, seed in faults:
             if bench.clean.time_s[-1] - bench.clean.time_s[0] < LENGTHS_S[kind] + 2.0:
                 continue  # the take is too short for it
-            folder = parser.parse_args().pictures
-            picture = None if folder is None else folder / f"{take.path.name}_{kind}_{seed}.png"
+            picture = args.pictures and args.pictures / f"{take.path.name}_{kind}_{seed}.png"
             one = bench.measured(kind, seed, picture)
             every.append(one)
             print(

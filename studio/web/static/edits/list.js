@@ -1,5 +1,5 @@
 // The edits of the replayed take: the list as the server has it, its changes, undo and redo, and the solve that honours them.
-import { addEdit, changeEdit, getEdits, getTakeDetail, previewEdits, redoEdits, readAhead, removeEdit, replaceEdits, solveTake, undoEdits } from "../base/api.js";
+import { addEdit, changeEdit, getEdits, getTakeDetail, previewEdits, readAhead, redoEdits, removeEdit, replaceEdits, solveTake, undoEdits } from "../base/api.js";
 import { attempt, keepUndo, showNote, undoing } from "../base/messages.js";
 import { hear } from "../base/said.js";
 import { t } from "../base/strings.js";
@@ -119,7 +119,9 @@ export async function solveAgain(without = false) {
 }
 
 /** Have what a first look needs read while a joint is dragged; the look itself says what fails. */
-export const expectLook = ({ take, solve }) => readAhead(named(take), solve).catch(() => {});
+export function expectLook({ take, solve }) {
+  if (!NOT_SOLVED_AGAIN.includes(solve)) readAhead(named(take), solve).catch(() => {});
+}
 
 /** Begin; `changed` hears of another list. */
 export function startEditList(changed) {
