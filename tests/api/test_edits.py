@@ -69,6 +69,22 @@ def test_a_preview_is_of_a_solve_of_the_take(recorded):
         assert_error(ask(f"{ROUTE}/preview", json={"solve": "nothing"}), 404, "not_found", "take.no_solve")
 
 
+def test_a_change_that_is_looked_at_at_once_is_not_made_where_it_cannot_be_shown(recorded, pin):
+    http = recorded.http
+    http.post(ROUTE, json={"edit": pin}).raise_for_status()
+    before = http.get(ROUTE).json()
+    for ask, path, content in (
+        (http.post, "", {"edit": pin}),
+        (http.put, "", {"edits": []}),
+        (http.patch, "/e1", {"edit": {"on": False}}),
+        (http.post, "/undo", {}),
+        (http.post, "/redo", {}),
+    ):
+        assert_error(ask(f"{ROUTE}{path}?look=nothing", json=content), 404, "not_found", "take.no_solve")
+    assert_error(http.delete(f"{ROUTE}/e1?look=nothing"), 404, "not_found", "take.no_solve")
+    assert http.get(ROUTE).json() == before
+
+
 def test_offers_need_a_solve_that_says_what_went_into_it(recorded):
     http = recorded.http
     assert_error(http.get(f"{ROUTE}/offers?solve=live"), 409, "take", "offers.no_trace")

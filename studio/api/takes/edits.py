@@ -1,10 +1,11 @@
 """Routes of a take's edits: list, change, undo and redo."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Depends, Query, Request
 from msgspec import Struct
 from pydantic import Field
 
@@ -109,10 +110,17 @@ class EditsStamp:
         return f"{state.st_mtime_ns}-{state.st_ino}"
 
 
+_LOOKED_AT = "the solve that is replayed; it has settings"
+
+
+_Look = Callable[[], JobStatus | None]
+"""Begins the preview that is asked for with a change."""
+
+
 class PreviewRequest(Body):
     """Which solve is looked at."""
 
-    solve: str = Field(description="the solve that is replayed; it has settings", examples=["studio"])
+    solve: str = Field(description=_LOOKED_AT, examples=["studio"])
 
 
 def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
@@ -124,6 +132,38 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
         route_class=StructRoute,
     )
 
+    def looking(http: Request, session: str, take: str, solve: str) -> Callable[[], JobStatus]:
+        """Return what begins a preview around the playhead as it is now; raises the errors that it may have."""
+        opened, id_ = finder.take(session, take), f"{session}/{take}"
+        finder.solve(opened, solve)
+        settings = settings_of(opened, solve)
+        player: Replayer = http.app.state.player
+        at_s, performer = player.playhead(id_)
+
+        def look() -> JobStatus:
+            jobs.replace(("draft", "solve"), id_, solve)
+            job = jobs.submit(
+                "draft", id_, solve, "studio.offline.edits.first_look:look_at_edits", opened, settings, solve, at_s,
+                performer=performer, then=lambda poses: player.show_part(id_, poses, performer),
+            )  # fmt: skip
+            return jobs.get(job.id)
+
+        return look
+
+    def look_after(
+        http: Request,
+        session: str,
+        take: str,
+        look: Annotated[
+            str | None,
+            Query(description=f"{_LOOKED_AT}: begin its preview after the change, as POST preview does"),
+        ] = None,
+    ) -> _Look:
+        """Return what begins the preview that is asked for; nothing where none is."""
+        return (lambda: None) if look is None else looking(http, session, take, look)
+
+    after = Depends(look_after)
+
     @router.get("")
     def get_edits(session: str, take: str) -> EditsOfTake:
         """The edits of a take, in the order in which they were made."""
@@ -132,48 +172,42 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
         return _answer(kept, says)
 
     @router.put("")
-    def replace(session: str, take: str, request: EditsRequest) -> EditsOfTake:
+    def replace(session: str, take: str, request: EditsRequest, look: _Look = after) -> EditsOfTake:
         """Replace all edits of a take, as one change."""
         opened = finder.take(session, take)
         edits = [edit_from_json(one) for one in request.edits]
         new = {one.id for one in edits}
         gone = [one.id for one in read_edits(opened).edits if one.id not in new]
-        return _answer(change_edits(opened, edits, gone, revision=request.revision))
+        return _changed(change_edits(opened, edits, gone, revision=request.revision), look)
 
     @router.post("", status_code=201)
-    def add(session: str, take: str, request: EditRequest) -> EditsOfTake:
+    def add(session: str, take: str, request: EditRequest, look: _Look = after) -> EditsOfTake:
         """Add an edit; it is the last one of the answer. One of its `id` is replaced."""
         opened = finder.take(session, take)
         edit = edit_from_json({"id": "", **request.edit})
-        return _answer(change_edits(opened, [edit], revision=request.revision))
+        return _changed(change_edits(opened, [edit], revision=request.revision), look)
 
     @router.post("/undo")
-    def undo(session: str, take: str, request: HistoryRequest | None = None) -> EditsOfTake:
+    def undo(
+        session: str, take: str, request: HistoryRequest | None = None, look: _Look = after
+    ) -> EditsOfTake:
         """Take the last change back, whoever made it; refused where the list is another one than `revision`."""
         opened = finder.take(session, take)
-        return _answer(undo_edits(opened, revision=request.revision if request else None))
+        return _changed(undo_edits(opened, revision=request.revision if request else None), look)
 
     @router.post("/redo")
-    def redo(session: str, take: str, request: HistoryRequest | None = None) -> EditsOfTake:
+    def redo(
+        session: str, take: str, request: HistoryRequest | None = None, look: _Look = after
+    ) -> EditsOfTake:
         """Make the change that was taken back last again; refused where the list is another one than `revision`."""
         opened = finder.take(session, take)
-        return _answer(redo_edits(opened, revision=request.revision if request else None))
+        return _changed(redo_edits(opened, revision=request.revision if request else None), look)
 
     @router.post("/preview", status_code=202)
     def preview(session: str, take: str, request: PreviewRequest, http: Request) -> JobStatus:
         """Solve what is around the playhead with the take's edits, and show it there until the solve is made again;
         nothing is kept. Answers the job."""
-        opened, id_ = finder.take(session, take), f"{session}/{take}"
-        finder.solve(opened, request.solve)
-        player: Replayer = http.app.state.player
-        at_s, performer = player.playhead(id_)
-        jobs.replace(("draft", "solve"), id_, request.solve)
-        job = jobs.submit(
-            "draft", id_, request.solve, "studio.offline.edits.first_look:look_at_edits",
-            opened, settings_of(opened, request.solve), request.solve, at_s,
-            performer=performer, then=lambda poses: player.show_part(id_, poses, performer),
-        )  # fmt: skip
-        return jobs.get(job.id)
+        return looking(http, session, take, request.solve)()
 
     @router.put("/preview", status_code=204)
     def read_ahead(session: str, take: str, request: PreviewRequest, http: Request) -> None:
@@ -202,21 +236,25 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
         return OffersOfSolve(lines)
 
     @router.patch("/{edit}")
-    def change(session: str, take: str, edit: str, request: EditRequest) -> EditsOfTake:
+    def change(session: str, take: str, edit: str, request: EditRequest, look: _Look = after) -> EditsOfTake:
         """Change some keys of an edit; refused where it was changed since `revision`."""
         opened = finder.take(session, take)
         before = msgspec.to_builtins(_known(opened, edit))
         changed = edit_from_json({**before, **request.edit, "id": edit})
-        return _answer(change_edits(opened, [changed], revision=request.revision))
+        return _changed(change_edits(opened, [changed], revision=request.revision), look)
 
     @router.delete("/{edit}")
     def remove(
-        session: str, take: str, edit: str, revision: Annotated[int | None, Query()] = None
+        session: str,
+        take: str,
+        edit: str,
+        revision: Annotated[int | None, Query()] = None,
+        look: _Look = after,
     ) -> EditsOfTake:
         """Remove an edit; refused where it was changed since `revision`."""
         opened = finder.take(session, take)
         _known(opened, edit)
-        return _answer(change_edits(opened, remove=[edit], revision=revision))
+        return _changed(change_edits(opened, remove=[edit], revision=revision), look)
 
     return router
 
@@ -232,6 +270,12 @@ def _known(take: Take, edit: str) -> Edit:
     if found is None:
         raise NotFoundError(no_such_edit(edit, kept.edits).sentence)
     return found
+
+
+def _changed(kept: TakeEdits, look: _Look) -> EditsOfTake:
+    """Answer a change that was made; begin the look at it that was asked for."""
+    look()
+    return _answer(kept)
 
 
 def _answer(kept: TakeEdits, says: str = "") -> EditsOfTake:

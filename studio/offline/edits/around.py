@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import ceil
 
 import numpy as np
 
 from studio.engine.animation.clip.kinematics import local_keys, world_poses
-from studio.engine.animation.clip.resample import frames_of
+from studio.engine.animation.clip.resample import at_times, frames_of
 from studio.engine.base.quaternions import blended
 from studio.engine.edits.edit import Edit
 from studio.engine.edits.timing import eased, of_performer
@@ -22,6 +23,9 @@ from studio.take.rigid_bodies.used import pins_of
 
 AROUND_S = 1.5
 """How far before and after the instant is solved [s]."""
+
+LOOK_HZ = 30
+"""Highest rate at which these frames are solved, because a first look is wanted within a second."""
 
 LEAD_S = 0.5
 """Lead-in, in which the filter converges [s]."""
@@ -42,10 +46,10 @@ def solve_around(
 ) -> Poses:
     """Return poses from `AROUND_S` before an instant to as long after it, solved with edits.
 
-    Nothing is stored. Preset `finish` is previewed without physics, by its live part and its least squares over these
-    frames alone, so that the whole solve may differ a little. The first call in a process reads the take's frames;
-    they are kept for the next one. Name it in full for a worker that stays: `run_in_process(
-    "studio.offline.edits.around:solve_around", take, settings, edits, at_s, performer=..., stored=...)`.
+    Nothing is stored. The whole solve may differ a little: these frames are solved alone, at `LOOK_HZ` at most, and
+    preset `finish` without physics. The first call in a process reads the take's frames; they are kept for the next
+    one. Name it in full for a worker that stays: `run_in_process("studio.offline.edits.around:solve_around", take,
+    settings, edits, at_s, performer=..., stored=...)`.
 
     Args:
         take: with raw frames and a calibration.
@@ -62,7 +66,8 @@ def solve_around(
         CalibrationError: the take has no calibration, or no performer.
     """
     begin_s, end_s = at_s - AROUND_S, at_s + AROUND_S
-    settings = replace(settings, physics="off")
+    every = ceil(settings.output_hz / LOOK_HZ)
+    settings = replace(settings, physics="off", output_hz=settings.output_hz // every)
     one = seen_performer(take, settings, performer)
     calibration, mine = one.calibration, of_performer(edits, one.name)
     parts = {
@@ -99,12 +104,12 @@ def blended_into(found: Poses, stored: Poses) -> Poses:
     beside = frames_of(stored, slice(int(first), int(last)))
     if beside.frame_count < 2 or beside.joint_names != found.joint_names:
         return found
-    rows = np.abs(found.time_s[:, None] - beside.time_s).argmin(axis=0)
+    found = at_times(found, np.clip(beside.time_s, *found.time_s[[0, -1]]))
     to_edge = np.minimum(beside.time_s - beside.time_s[0], beside.time_s[-1] - beside.time_s)
     share = eased(to_edge / BLEND_S)
     near = to_edge < BLEND_S
-    up = float(np.median((beside.positions_m[:, 0, 2] - found.positions_m[rows, 0, 2])[near]))
-    new_offsets, new = local_keys(found.parents, found.positions_m[rows], found.rotations_wxyz[rows])
+    up = float(np.median((beside.positions_m[:, 0, 2] - found.positions_m[:, 0, 2])[near]))
+    new_offsets, new = local_keys(found.parents, found.positions_m, found.rotations_wxyz)
     offsets, own = local_keys(beside.parents, beside.positions_m, beside.rotations_wxyz)
     new_offsets[:, 0, 2] += up
     mixed = blended(own, new, share[:, None, None])
@@ -114,6 +119,6 @@ def blended_into(found: Poses, stored: Poses) -> Poses:
         frames_of(beside, slice(None)),
         positions_m=positions,
         rotations_wxyz=rotations,
-        confidence=found.confidence[rows],
-        uncertainty_mm=found.uncertainty_mm[rows],
+        confidence=found.confidence,
+        uncertainty_mm=found.uncertainty_mm,
     )

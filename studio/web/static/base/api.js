@@ -170,18 +170,21 @@ export const solveTake = (take, name, settings) => call("POST", `${takePath(take
 
 const editsPath = (take) => `${takePath(take)}/edits`;
 export const getEdits = (take) => call("GET", editsPath(take));
-export const addEdit = (take, edit, revision) => call("POST", editsPath(take), { edit, revision });
-export const changeEdit = (take, id, edit, revision) => call("PATCH", `${editsPath(take)}/${encodeURIComponent(id)}`, { edit, revision });
-export const removeEdit = (take, id, revision) => call("DELETE", `${editsPath(take)}/${encodeURIComponent(id)}?revision=${revision}`);
+const withLook = (path, look) => (look ? `${path}?${new URLSearchParams({ look })}` : path);
+const editPath = (take, id) => `${editsPath(take)}/${encodeURIComponent(id)}`;
+// `look` in what follows: the solve whose surroundings of the playhead are solved with the change at once, or ""
+export const addEdit = (take, edit, revision, look) => call("POST", withLook(editsPath(take), look), { edit, revision });
+export const changeEdit = (take, id, edit, revision, look) => call("PATCH", withLook(editPath(take, id), look), { edit, revision });
+export const removeEdit = (take, id, revision, look) => call("DELETE", `${editPath(take, id)}?${new URLSearchParams({ revision, ...(look && { look }) })}`);
 /** Begin to solve what is around the playhead with the take's edits; it is shown there. */
 export const previewEdits = (take, solve) => call("POST", `${editsPath(take)}/preview`, { solve });
 /** Have what `previewEdits` needs read before it is asked for. */
 export const readAhead = (take, solve) => call("PUT", `${editsPath(take)}/preview`, { solve });
 export const getOffers = (take, solve, performer) => call("GET", `${editsPath(take)}/offers?${new URLSearchParams({ solve, ...(performer && { performer }) })}`);
 /** Put all edits of a take in the place of those it has, as one change. */
-export const replaceEdits = (take, edits, revision) => call("PUT", editsPath(take), { edits, revision });
-export const undoEdits = (take, revision) => call("POST", `${editsPath(take)}/undo`, { revision });
-export const redoEdits = (take, revision) => call("POST", `${editsPath(take)}/redo`, { revision });
+export const replaceEdits = (take, edits, revision, look) => call("PUT", withLook(editsPath(take), look), { edits, revision });
+export const undoEdits = (take, revision, look) => call("POST", withLook(`${editsPath(take)}/undo`, look), { revision });
+export const redoEdits = (take, revision, look) => call("POST", withLook(`${editsPath(take)}/redo`, look), { revision });
 
 /** Begin to splice parts of takes into a new take, or to loop them (a job). */
 export const spliceTakes = (splice) => call("POST", "splices", splice);

@@ -8,6 +8,7 @@ import { wordsOf } from "./words.js";
 
 const NOT_SOLVED_AGAIN = ["", "live", "as-live", "imported", "spliced"]; // these stay as they are: another solve gets the edits
 const INSTEAD = "studio";
+const isSolvedAgain = (solve) => !NOT_SOLVED_AGAIN.includes(solve);
 const state = editList();
 
 const named = (takeId) => ({ session: takeId.slice(0, takeId.indexOf("/")), name: takeId.slice(takeId.indexOf("/") + 1) });
@@ -60,11 +61,11 @@ export function forgetSolved() {
   state.solve = "";
 }
 
-/** Send a change; then what is around the playhead is solved and shown, and the whole solve made again. */
+/** Send a change; what is around the playhead is solved and shown with it, then the whole solve is made again. `request` gets the solve that is looked at. */
 async function send(request, words, kept = true) {
   const takeId = state.take;
   state.sending += 1;
-  const answer = await attempt(request);
+  const answer = await attempt(() => request(isSolvedAgain(state.replay.solve) ? state.replay.solve : ""));
   state.sending -= 1;
   if (!answer) {
     state.stamp = null; // somebody else may have changed it
@@ -73,18 +74,18 @@ async function send(request, words, kept = true) {
   take(answer, takeId);
   if (kept) keepUndo(words, UNDO, takeId);
   showNote(words);
-  solveAgain();
+  solveWhole();
   return answer;
 }
 
 /** Add an edit. */
-export const add = (edit) => send(() => addEdit(named(state.take), edit, state.revision), t("mend.added", { what: wordsOf(edit) }));
+export const add = (edit) => send((look) => addEdit(named(state.take), edit, state.revision, look), t("mend.added", { what: wordsOf(edit) }));
 
 /** Change some keys of an edit. */
-export const change = (edit, keys) => send(() => changeEdit(named(state.take), edit.id, keys, state.revision), t("mend.changed", { what: wordsOf({ ...edit, ...keys }) }));
+export const change = (edit, keys) => send((look) => changeEdit(named(state.take), edit.id, keys, state.revision, look), t("mend.changed", { what: wordsOf({ ...edit, ...keys }) }));
 
 /** Remove an edit. */
-export const remove = (edit) => send(() => removeEdit(named(state.take), edit.id, state.revision), t("mend.removed", { what: wordsOf(edit) }));
+export const remove = (edit) => send((look) => removeEdit(named(state.take), edit.id, state.revision, look), t("mend.removed", { what: wordsOf(edit) }));
 
 /** Split an edit over a range into two at a stage time within it; what lies between them no longer holds. */
 export function split(edit, at_s) {
@@ -95,32 +96,37 @@ export function split(edit, at_s) {
   while (ids.includes(`${edit.id}-${k}`)) k += 1;
   const second = { ...edit, id: `${edit.id}-${k}`, start_s: Number((at_s + half).toFixed(4)) };
   const edits = state.edits.flatMap((one) => (one.id === edit.id ? [{ ...edit, end_s: Number((at_s - half).toFixed(4)) }, second] : [one]));
-  return send(() => replaceEdits(named(state.take), edits, state.revision), t("mend.was_split", { what: wordsOf(edit) }));
+  return send((look) => replaceEdits(named(state.take), edits, state.revision, look), t("mend.was_split", { what: wordsOf(edit) }));
 }
 
 /** Take the last change of the edits back. */
-export const takeBack = () => send(() => undoEdits(named(state.take), state.revision), t("mend.undone"), false);
+export const takeBack = () => send((look) => undoEdits(named(state.take), state.revision, look), t("mend.undone"), false);
 
 /** Make the change that was taken back again; return whether there was one. */
 export function makeAgain() {
   if (!state.take || !state.can_redo) return false;
-  send(() => redoEdits(named(state.take), state.revision), t("mend.redone"));
+  send((look) => redoEdits(named(state.take), state.revision, look), t("mend.redone"));
   return true;
 }
 
 const UNDO = undoing("edits", takeBack, (takeId) => takeId === state.take && state.can_undo);
 
 /** Solve the replayed take again with its edits, what is around the playhead first. */
-export async function solveAgain(without = false) {
-  const { take: takeId, solve } = state.replay;
-  const other = NOT_SOLVED_AGAIN.includes(solve), name = without ? t("mend.without_name") : other ? INSTEAD : solve;
-  if (!without && !other && !await attempt(() => previewEdits(named(takeId), solve))) return;
-  await attempt(() => solveTake(named(takeId), name, { ...(other ? { preset: INSTEAD } : { settings_of: solve }), edits: !without }));
+export async function solveAgain() {
+  const { take, solve } = state.replay;
+  if (!isSolvedAgain(solve) || await attempt(() => previewEdits(named(take), solve))) solveWhole();
+}
+
+/** Solve the whole replayed take again with its edits, or without them beside it. */
+export function solveWhole(without = false) {
+  const { take, solve } = state.replay, again = isSolvedAgain(solve);
+  const name = without ? t("mend.without_name") : again ? solve : INSTEAD;
+  return attempt(() => solveTake(named(take), name, { ...(again ? { settings_of: solve } : { preset: INSTEAD }), edits: !without }));
 }
 
 /** Have what a first look needs read while a joint is dragged; the look itself says what fails. */
 export function expectLook({ take, solve }) {
-  if (!NOT_SOLVED_AGAIN.includes(solve)) readAhead(named(take), solve).catch(() => {});
+  if (isSolvedAgain(solve)) readAhead(named(take), solve).catch(() => {});
 }
 
 /** Begin; `changed` hears of another list. */

@@ -3,7 +3,7 @@ import { byId, clock, h, redraw } from "../base/dom.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
 import { rangeForm, showRange } from "./form.js";
-import { change, isSolved, makeAgain, remove, solveAgain, split, startEditList, takeBack, useEdits } from "./list.js";
+import { change, isSolved, makeAgain, remove, solveAgain, solveWhole, split, startEditList, takeBack, useEdits } from "./list.js";
 import { offerList, offersKey, startOffers } from "./offers.js";
 import { startPicturePins } from "./picture_pin.js";
 import { drawPins } from "./pins.js";
@@ -68,7 +68,7 @@ function build() {
     h("ul", { class: "edit-list", id: "edit-list" }, list.edits.map(row)),
     list.edits.length > 0 && h("div", { class: "buttons" },
       !isSolved() && button("edit-solve", t("mend.solve"), t("mend.solve_hint"), () => solveAgain()),
-      button("edit-without", t("mend.without"), t("mend.without_hint"), () => solveAgain(true))),
+      button("edit-without", t("mend.without"), t("mend.without_hint"), () => solveWhole(true))),
     offerList(state.replay, state.goTo),
     rangeForm(state.replay, list),
   ].filter(Boolean);

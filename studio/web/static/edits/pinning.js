@@ -7,7 +7,7 @@ import { stageOf } from "./time.js";
 import { OUTPUT, canonicalOf } from "./words.js";
 
 export const RADIUS_M = 0.02; // as well as a person sees where a joint is
-const ASKED_MS = 40, TRIES = 15; // the view tells the server of a drag a moment after the pointer is let go
+const ASKED_MS = 15, TRIES = 40; // the view tells the server of a drag a moment after the pointer is let go
 const state = { pin: null, frame: 0, changed: () => {} }; // the pin that is being made: {joint, start_s, end_s, performer}
 
 /** The joint that is being pinned, or null. */
