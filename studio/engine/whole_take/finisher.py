@@ -383,7 +383,7 @@ class Finisher:
             feet = feet_of(self._humanoid, q, self._rest_heights_m)
         else:
             new = (q != was).any(axis=1)
-            feet = feet.with_rows(new, feet_of(self._humanoid, q[new], self._rest_heights_m))
+            feet = feet.changed(new, feet_of(self._humanoid, q[new], self._rest_heights_m))
         self._last_feet = q.copy(), feet
         return feet
 

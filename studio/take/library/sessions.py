@@ -7,7 +7,6 @@ from datetime import datetime
 from functools import lru_cache
 from pathlib import Path
 
-from mcap.exceptions import McapError
 from mcap.reader import McapReader, make_reader
 
 from studio.engine.base.errors import TakeError
@@ -16,6 +15,7 @@ from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.take.folder.take import Take
 from studio.take.raw.append import hello_of
 from studio.take.raw.index import topics_of
+from studio.take.raw.reader import DAMAGE
 from studio.take.raw.records import LATE_KEY, LIVE_TOPIC, depth_topic
 from studio.take.raw.span import RawSpan
 from studio.take.video.kept import video_bytes
@@ -155,7 +155,7 @@ def _read_index(raw_path: Path) -> tuple[float | None, set[str]]:
             topics = set() if summary is None else topics_of(summary)
             late = summary is not None and any(LATE_KEY in c.metadata for c in summary.channels.values())
             ends = _span(reader) if late else _ends(reader, topics - {LIVE_TOPIC})
-    except (OSError, McapError, ValueError):
+    except DAMAGE:
         return None, set()
     return (None, set()) if ends is None else ((ends[1] - ends[0]) * 1e-9, topics)
 

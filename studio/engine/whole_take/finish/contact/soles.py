@@ -29,10 +29,10 @@ class Soles:
     joints_m: NDArray[np.float64]
     soles_m: NDArray[np.float64]
 
-    def with_rows(self, rows: NDArray[np.bool_], other: "Soles") -> "Soles":
-        """The same with those of other configurations in some frames; `other` has these frames alone."""
+    def changed(self, rows: NDArray[np.bool_], new: "Soles") -> "Soles":
+        """The same with other feet in some frames, flags of shape (frame_count,); `new` has these frames alone."""
         joints_m, soles_m = self.joints_m.copy(), self.soles_m.copy()
-        joints_m[rows], soles_m[rows] = other.joints_m, other.soles_m
+        joints_m[rows], soles_m[rows] = new.joints_m, new.soles_m
         return Soles(joints_m, soles_m)
 
 
