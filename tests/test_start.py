@@ -39,18 +39,49 @@ import json, sys, urllib.request
 from pathlib import Path
 import studio.server.run as server
 from studio.server.config import Config
+from studio.server.start import serve
 
 def loaded(stage):
     print(json.dumps([name for name in {NOT_BEFORE_THE_FIRST_ANSWER!r} if name in sys.modules]), flush=True)
     raise KeyboardInterrupt
 
 server._prepare_for_work = loaded
-server.serve(Config(port=0, sessions=Path(sys.argv[1])))
+serve(Config(port=0, sessions=Path(sys.argv[1])))
+"""
+
+
+EARLY = """
+import sys
+from pathlib import Path
+import studio.server.start as start
+from studio.server.config import Config
+
+class Client:
+    def __init__(self, name, source, **where):
+        print(name, source, "fastapi" in sys.modules, flush=True)
+
+    def end(self):
+        print("ended", flush=True)
+
+start.ClientProcess = Client
+sys.modules["studio.server.run"] = None  # it cannot be loaded
+start.serve(Config(port=0, sessions=Path(sys.argv[1])), demo="skeletons")
 """
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, timeout=120)
+
+
+def test_simulated_cameras_start_before_the_server_s_code_is_loaded_and_end_with_it(tmp_path):
+    ended = run("-c", EARLY, str(tmp_path))
+    assert ended.stdout.splitlines() == [
+        "camera_0 simulated:0/2 False",
+        "camera_1 simulated:1/2 False",
+        "ended",
+        "ended",
+    ]
+    assert "studio.server.run" in ended.stderr
 
 
 def test_what_is_loaded_when_the_server_answers(tmp_path):

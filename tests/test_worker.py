@@ -477,7 +477,7 @@ def test_all_work_in_the_source_is_there_and_takes_what_it_is_given():
         ('run_in_process("studio.offline.replay:_plain", take)', "names no work"),
         ('run_in_process("os:getpid")', "names no work"),
         ("run_in_process(solve_take, take)", "names no work"),
-        ('run_in_process("studio.server.run:serve", config)', "lies above api"),
+        ('run_in_process("studio.server.start:serve", config)', "lies above api"),
         ('run_in_process("studio.live.calibration.tpose:measure_performer", a, b)', "lies above api"),
         ('jobs.submit("solve", "a/b", "x", "studio.offline.replay:solve_take", take)', "missing"),
         ('jobs.submit("x", "a/b", "x", "studio.review.measure:compare_solves", a, b)', "progress"),

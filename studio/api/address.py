@@ -2,9 +2,10 @@
 
 import ipaddress
 import socket
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from fastapi import Request
+if TYPE_CHECKING:  # slow to load, and the start of the server needs none
+    from fastapi import Request
 
 _ELSEWHERE = ("192.0.2.1", 9)
 """An address of no machine (RFC 5737). A socket to it sends nothing, but has this machine's address."""
@@ -17,7 +18,7 @@ class StudioAddress(NamedTuple):
     local: bool
 
 
-def address_for_others(request: Request) -> StudioAddress:
+def address_for_others(request: "Request") -> StudioAddress:
     """Return the studio's address as other machines reach it, or the browser's if they do not.
 
     A studio that is open to the network may be used at a loopback address on its own machine; its address in the
@@ -32,7 +33,7 @@ def address_for_others(request: Request) -> StudioAddress:
     return StudioAddress(url, not is_open or is_loopback(host))
 
 
-def own_url(request: Request) -> str:
+def own_url(request: "Request") -> str:
     """Return the address at which this server was reached, for programs on its own machine."""
     host, port = request.scope["server"]
     return f"{request.url.scheme}://{in_url(host)}:{port}"

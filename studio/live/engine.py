@@ -117,7 +117,7 @@ class Engine(PerformedStage):
     def prepare(self) -> None:
         """Prepare this process for a pipeline, which then starts; returns at once."""
         if not warmup.is_ready():
-            warmup.begin(lambda: self.put(Call(self._restart, Future())))
+            warmup.begin(lambda: self.put(Call(self._start_missing, Future())))
 
     def put(self, item: Item) -> None:
         """Pass an item to the thread; never waits."""
@@ -303,12 +303,17 @@ class Engine(PerformedStage):
             people: who stays known; None = all performers.
         """
         self._schedule = Schedule.of(self.settings)
-        calibration = self.placed_calibration() if warmup.is_ready() else None
+        calibration = self.placed_calibration() if warmup.is_ready(self.stage_calibration) else None
         people = self.people() if people is None else people
         if moved:
             people = [one.away() for one in people]
         self.strangers.forget()
         self._perform(log.start_event(calibration, self.settings, people))
+
+    def _start_missing(self) -> None:
+        """Start a pipeline where there is none."""
+        if self._pipeline.pipeline is None:
+            self._restart()
 
     def _tick(self) -> None:
         if self.stage_calibration is None:

@@ -8,46 +8,50 @@ import logging
 import threading
 from collections.abc import Callable
 
+from studio.engine.model.calibration import Calibration
+
 _log = logging.getLogger(__name__)
 _lock = threading.Lock()
-_ready = threading.Event()
+_ready, _ready_for_pictures = threading.Event(), threading.Event()
 
 
-def is_ready() -> bool:
-    """Whether a pipeline can be started within milliseconds."""
-    return _ready.is_set()
+def is_ready(calibration: Calibration | None = None) -> bool:
+    """Whether a pipeline of these cameras can be started within milliseconds; None = of cameras with depth."""
+    with_pictures = calibration is not None and any(
+        camera.lens is not None for camera in calibration.cameras.values()
+    )
+    return (_ready_for_pictures if with_pictures else _ready).is_set()
 
 
 def warm_up() -> None:
     """Prepare the process; waits. Later calls return at once."""
-    with _lock:
-        if _ready.is_set():
-            return
-        from studio.offline.warming import prepare_one  # slow to load
-
-        try:
-            prepare_one()
-        except Exception:  # boundary of the thread: the live pipeline reports the error
-            _log.exception("the solver could not be made ready; the first pose will come late")
-        _ready.set()
-
-
-def _warm_up_for_several() -> None:
-    """Prepare for several performers, for whom nobody waits yet."""
-    from studio.offline.warming import prepare_several  # slow to load
-
-    try:
-        prepare_several()
-    except Exception:  # boundary of the thread: so do they
-        _log.exception("a second performer will come late")
+    _prepare(_ready, "prepare_one", "the first pose")
+    _prepare(_ready_for_pictures, "prepare_pictures", "the first pose of cameras without depth")
 
 
 def begin(then: Callable[[], None]) -> None:
-    """Prepare the process on a thread, and call `then` on that thread as soon as one performer can be solved."""
+    """Prepare the process on a thread, and call `then` on that thread as soon as one performer can be solved, and
+    again once cameras without depth can be used."""
 
     def run() -> None:
-        warm_up()
+        _prepare(_ready, "prepare_one", "the first pose")
         then()
-        _warm_up_for_several()
+        _prepare(_ready_for_pictures, "prepare_pictures", "the first pose of cameras without depth")
+        then()
+        _prepare(threading.Event(), "prepare_several", "a second performer")
 
     threading.Thread(target=run, name="warm-up", daemon=True).start()
+
+
+def _prepare(done: threading.Event, function: str, late: str) -> None:
+    """Call a function of `studio.offline.warming`, unless it was done before; `late` comes late if it fails."""
+    with _lock:
+        if done.is_set():
+            return
+        from studio.offline import warming  # slow to load
+
+        try:
+            getattr(warming, function)()
+        except Exception:  # boundary of the thread: the live pipeline reports the error
+            _log.exception("the solver could not be made ready; %s will come late", late)
+        done.set()

@@ -29,16 +29,24 @@ SECONDS = 0.4
 def prepare() -> None:
     """Make ready for any solve; results are discarded."""
     prepare_one()
+    prepare_pictures()
     prepare_several()
 
 
 def prepare_one() -> None:
-    """Solve a moment of the embedded performer with the preset `studio`, as depth cameras see it and as ordinary ones
-    do; and search limbs."""
+    """Solve a moment of the embedded performer with preset `studio`, as depth cameras see it; and search limbs."""
     stage = make_stage(SECONDS)
     solve_stage(stage, preset("studio"))
-    _solve_pictures(stage, preset("studio"))
     _find_limbs(stage.performer)
+
+
+def prepare_pictures() -> None:
+    """Solve a moment as cameras without depth see it, with something like hands and a face."""
+    stage = make_stage(SECONDS)
+    lens = usual_lens(1280, 720)
+    cameras = {name: replace(camera, lens=lens) for name, camera in stage.calibration.cameras.items()}
+    frames = [_pictured(frame, lens) for frame in _frames(stage)]
+    solve_frames(frames, replace(stage.calibration, cameras=cameras), preset("studio"))
 
 
 def prepare_several() -> None:
@@ -60,14 +68,6 @@ def _frames(stage: DemoStage) -> list[CameraFrame]:
         assert isinstance(message, wire.SkeletonFrame)
         frames.append(camera_frame(name, stage.joint_set, message))
     return frames
-
-
-def _solve_pictures(stage: DemoStage, settings: SolveSettings) -> None:
-    """Solve the frames with their joints in pictures, and with something like hands and a face."""
-    lens = usual_lens(1280, 720)
-    cameras = {name: replace(camera, lens=lens) for name, camera in stage.calibration.cameras.items()}
-    frames = [_pictured(frame, lens) for frame in _frames(stage)]
-    solve_frames(frames, replace(stage.calibration, cameras=cameras), settings)
 
 
 def _pictured(frame: CameraFrame, lens: Lens) -> CameraFrame:

@@ -1,4 +1,4 @@
-"""Runs the server: the socket, the live stage, the page, the simulated stage, and an orderly end."""
+"""Runs the server: the live stage, the page, the simulated stage's cameras, and an orderly end."""
 
 import asyncio
 import contextlib
@@ -10,7 +10,7 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
@@ -25,20 +25,18 @@ from studio import worker
 from studio.api.access import Access
 from studio.api.address import in_url, is_any, own_address
 from studio.api.app import create_app
+from studio.api.cameras.client_process import ClientProcess
 from studio.api.cameras.devices import Devices
 from studio.api.cameras.local_cameras import LocalCameras
 from studio.api.takes.find import Finder
-from studio.engine.base.errors import StudioError
-from studio.engine.base.sentences import system_says
 from studio.live import LiveStage
 from studio.server.config import Config, read_token
-from studio.server.logs import set_up_logging
+from studio.server.listening import LOOPBACK, for_own_programs, url_of
 from studio.server.tls import Tls, chosen_tls, tls_lines
 from studio.timecode.chosen import choose_at_first
 from studio.web import mount
 from studio.wire import MAX_MESSAGE_BYTES
 
-LOOPBACK = ("127.0.0.1", "localhost", "::1")
 GRACE_S = 3
 _BEGUN_S = 10.0
 """Cameras and the page of a studio that was just started have begun by then, also on two slow cores."""
@@ -79,41 +77,8 @@ class Server(uvicorn.Server):
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Leave signals to `serve`."""
+        """Leave signals to `run`."""
         yield
-
-
-def open_socket(host: str, port: int) -> socket.socket:
-    """Return a socket that is bound to the address.
-
-    Raises:
-        StudioError: the port is in use, or the address is not this machine's.
-    """
-    try:
-        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        opened = socket.socket(family, kind, protocol)
-    except OSError as error:
-        raise StudioError(
-            "server.not_listening_on",
-            "cannot listen on {host}: {error}; choose another --host",
-            host=host,
-            error=system_says(error),
-        ) from error
-    if sys.platform != "win32":
-        opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        opened.bind(address)
-        opened.listen(128)
-    except OSError as error:
-        opened.close()
-        raise StudioError(
-            "server.not_listening",
-            "cannot listen on {host} port {port}: {error}; stop what uses it or choose another --port",
-            host=host,
-            port=port,
-            error=system_says(error),
-        ) from error
-    return opened
 
 
 PLAIN_WARNING = (
@@ -122,24 +87,31 @@ PLAIN_WARNING = (
 )
 
 
-def serve(config: Config, *, demo: str | None = None, performers: int = 1) -> int:
+def run(
+    config: Config,
+    listening: socket.socket,
+    *,
+    sources: dict[str, str] | None = None,
+    performers: int = 1,
+    running: Mapping[str, ClientProcess] | None = None,
+) -> int:
     """Run the studio until Ctrl-C or SIGTERM, then save a recording under way; return the exit code 0.
 
     Args:
-        config: address and folder of takes (made if missing); a loopback address keeps other machines out.
-        performers: how many the simulated stage has.
-        demo: start simulated cameras of this kind (`DEMO_CAMERAS`), and calibrate if there is no calibration yet.
+        config: folder of takes (made if missing), and whether others reach the server.
+        listening: its socket; it is closed.
+        sources: of the simulated stage's cameras, which are started; None = no simulated stage.
+        performers: how many are on the simulated stage.
+        running: cameras of these that run already.
 
     Raises:
-        StudioError: the port is in use, the folder cannot be made, or the certificate or a token cannot be used.
+        StudioError: the folder cannot be made, or the certificate or a token cannot be used.
     """
-    set_up_logging(config.log_format, config.log_level)
-    host, port, sessions = config.host, config.port, config.sessions
-    tls = chosen_tls(config, open_to_others=host not in LOOPBACK)
-    operator_token = read_token(config.operator_token_file, "operator_token_file")
-    camera_token = read_token(config.camera_token_file, "camera_token_file")
-    listening = open_socket(host, port)
+    host, sessions = config.host, config.sessions
     try:
+        tls = chosen_tls(config, open_to_others=host not in LOOPBACK)
+        operator_token = read_token(config.operator_token_file, "operator_token_file")
+        camera_token = read_token(config.camera_token_file, "camera_token_file")
         stage = LiveStage(sessions)
         stage.start(prepare=False)
     except BaseException:
@@ -167,12 +139,9 @@ def serve(config: Config, *, demo: str | None = None, performers: int = 1) -> in
         if host in LOOPBACK:  # refuses a page that maps its own host name to 127.0.0.1
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
         server = make_server(app, tls, on_ready=lambda: _prepare_for_work(stage))
-        scheme = "http" if tls is None else "https"
-        url = f"{scheme}://{'localhost' if host == '::1' else in_url(host)}:{listening.getsockname()[1]}"
-        if demo is not None:
-            app.state.local_cameras.start_simulated(
-                url.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]"), demo, performers
-            )
+        url = url_of(host, listening, encrypted=tls is not None)
+        if sources is not None:
+            app.state.local_cameras.start_simulated(for_own_programs(url), sources, performers, running)
         sys.setswitchinterval(SWITCH_S)
         with _stopped_by_signals(server, app.state.local_cameras, app.state.devices):
             print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
@@ -196,7 +165,7 @@ def serve(config: Config, *, demo: str | None = None, performers: int = 1) -> in
 
 
 def leave(code: int) -> NoReturn:
-    """End this process after `serve`, whatever its threads still do; its child processes end too.
+    """End this process after `run`, whatever its threads still do; its child processes end too.
 
     The interpreter's normal end frees objects that a thread may still use. A server that was stopped while a thread
     compiled sometimes crashed (signal 11) instead of returning its exit code.

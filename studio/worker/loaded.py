@@ -7,13 +7,16 @@ import importlib
 import logging
 import signal
 
+from studio.engine.base.loading import loading
+
 MODULES = ("studio.offline.replay", "studio.engine.animation.export", "studio.offline.warming")
 """What is imported; `prepare` of those that have one is called."""
 
 signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends this process
 
-for _name in MODULES:
-    try:
-        getattr(importlib.import_module(_name), "prepare", lambda: None)()
-    except Exception:  # boundary of the process: what it cannot prepare, its works load themselves
-        logging.getLogger(__name__).exception("%s could not be loaded in advance", _name)
+with loading():
+    for _name in MODULES:
+        try:
+            getattr(importlib.import_module(_name), "prepare", lambda: None)()
+        except Exception:  # boundary of the process: what it cannot prepare, its works load themselves
+            logging.getLogger(__name__).exception("%s could not be loaded in advance", _name)

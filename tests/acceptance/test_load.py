@@ -12,7 +12,8 @@ from studio.api.app import create_app
 from studio.live import LiveStage
 from studio.live.engine import Engine
 from studio.live.inbox import Arrived
-from studio.server.run import SWITCH_S, make_server, open_socket
+from studio.server.listening import open_socket
+from studio.server.run import SWITCH_S, make_server
 from tests.acceptance.processes import check_nothing_lost, wait_until
 from tests.live.performer import save_stage_calibration
 

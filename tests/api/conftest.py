@@ -11,7 +11,8 @@ import pytest
 from studio.api.access import Access
 from studio.api.app import create_app
 from studio.live import LiveStage
-from studio.server.run import Server, make_server, open_socket
+from studio.server.listening import open_socket
+from studio.server.run import Server, make_server
 from tests import patient
 from tests.api.camera import Camera, send_frames, wait_until
 from tests.live.performer import save_stage_calibration

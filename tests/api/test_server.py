@@ -15,7 +15,8 @@ import pytest
 from fastapi import FastAPI, WebSocket
 from websockets.sync.client import connect
 
-from studio.server.run import make_server, open_socket
+from studio.server.listening import open_socket
+from studio.server.run import make_server
 from studio.take.folder.take import Take
 from studio.take.raw.frames import inspect_raw
 from studio.worker.begin import COPIES

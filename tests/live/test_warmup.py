@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from studio import wire
+from studio.engine.model.calibration import Calibration, CameraCalibration
+from studio.engine.model.cameras.lens import usual_lens
 from studio.engine.model.frames import StepResult
 from studio.live import LiveStage, warmup
 from studio.take.folder.take import Take
@@ -21,8 +23,8 @@ from tests.live.performer import frame, hello, save_stage_calibration
 def readiness(monkeypatch) -> threading.Event:
     """The process is not ready before this is set."""
     ready = threading.Event()
-    monkeypatch.setattr(warmup, "is_ready", ready.is_set)
-    monkeypatch.setattr(warmup, "warm_up", lambda: ready.wait(60))
+    monkeypatch.setattr(warmup, "is_ready", lambda calibration=None: ready.is_set())
+    monkeypatch.setattr(warmup, "_prepare", lambda *what: ready.wait(60))
     return ready
 
 
@@ -90,6 +92,25 @@ def decoded_positions(sequence: int) -> np.ndarray:
     message = wire.decode(wire.encode(frame(0, sequence, 0, sequence / 30)))
     assert isinstance(message, wire.SkeletonFrame)
     return camera_frame("camera_0", "canonical", message).positions
+
+
+def test_cameras_without_depth_are_prepared_after_those_with_it(monkeypatch):
+    calls: list[str] = []
+    for name in ("prepare_one", "prepare_pictures", "prepare_several"):
+        monkeypatch.setattr(f"studio.offline.warming.{name}", lambda name=name: calls.append(name))
+    monkeypatch.setattr(warmup, "_ready", threading.Event())
+    monkeypatch.setattr(warmup, "_ready_for_pictures", threading.Event())
+    depth, pictures = (
+        Calibration("a", {"a": CameraCalibration(np.eye(4), lens=lens)})
+        for lens in (None, usual_lens(1280, 720))
+    )
+
+    def then() -> None:
+        calls.append(f"{warmup.is_ready(depth)} {warmup.is_ready(pictures)}")
+
+    warmup.begin(then)
+    wait_until(lambda: len(calls) == 5, "all is prepared")
+    assert calls == ["prepare_one", "True False", "prepare_pictures", "True True", "prepare_several"]
 
 
 def test_what_cannot_be_made_ready_is_told_and_begins_anyway(monkeypatch, caplog):

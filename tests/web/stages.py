@@ -17,7 +17,8 @@ from studio.engine.model.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
 from studio.live.cameras.links import Links
 from studio.live.cameras.previews import Previews
 from studio.live.states import PerformerStatus
-from studio.server.run import make_server, open_socket
+from studio.server.listening import open_socket
+from studio.server.run import make_server
 from studio.take.folder.take import Take
 from tests.review.render.figures import t_pose
 

@@ -11,6 +11,7 @@ from studio.api.address import address_for_others, own_url
 from studio.api.cameras.local_cameras import LocalCameras, LocalCamerasStatus
 from studio.api.cameras.qr import qr_picture
 from studio.api.cameras.recordings import Recordings
+from studio.api.cameras.simulated import simulated_sources
 from studio.api.errors import RESPONSES
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
@@ -71,7 +72,7 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
         if request.simulated == (request.recording is not None):
             raise SettingsError("camera.simulated_or_recording", "give either simulated=true or a recording")
         if request.recording is None:
-            local.start_simulated(own_url(http))
+            local.start_simulated(own_url(http), simulated_sources())
         else:
             found = recordings.find(request.recording)
             calibration = calibration_of_recording(found.path, found.cameras)

@@ -6,10 +6,16 @@ import subprocess
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from studio.engine.base.errors import StudioError
 from studio.engine.base.sentences import Said
-from studio.live import LiveStage
+
+if TYPE_CHECKING:  # the simulated stage's clients are started before the server's code is loaded
+    from studio.live import LiveStage
+
+SPOOL = ".spool"
+"""Folder, among the sessions, of what clients keep and say."""
 
 STOP_S = 3.0
 PROBLEM_BYTES = 2000
@@ -79,7 +85,7 @@ class ClientProcess:
             self._process.wait()
 
 
-def refuse_taken(stage: LiveStage, names: Iterable[str], others: Iterable[str] = ()) -> None:
+def refuse_taken(stage: "LiveStage", names: Iterable[str], others: Iterable[str] = ()) -> None:
     """Refuse names of cameras that are connected, and of `others`, which are about to be.
 
     Raises:

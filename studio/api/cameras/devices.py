@@ -14,7 +14,7 @@ from typing import Literal
 from msgspec import Struct
 
 from studio import wire
-from studio.api.cameras.client_process import ClientProcess, refuse_taken
+from studio.api.cameras.client_process import SPOOL, ClientProcess, refuse_taken
 from studio.api.errors import NotFoundError
 from studio.camera.client.machine import machine_id
 from studio.camera.finding.search import FoundKind, Search, ShortProcess, picture_by
@@ -100,7 +100,7 @@ class Devices:
     def __init__(self, stage: LiveStage, token: str, certificate: Path | None = None) -> None:
         """`token`: the clients', if the studio requires one; `certificate`: the server's own, if it has one."""
         self._stage, self._token = stage, token
-        self._spool, self._certificate = stage.sessions / ".spool", certificate
+        self._spool, self._certificate = stage.sessions / SPOOL, certificate
         self._lock = threading.RLock()
         self._devices: dict[str, _Device] = {}
         self._unknown: dict[str, str] = {}

@@ -5,24 +5,19 @@ Each is a separate process, like a client on another machine; one that ends is s
 
 import logging
 import threading
-import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from msgspec import Struct
 
-from studio.api.cameras.client_process import ClientProcess, refuse_taken
+from studio.api.cameras.client_process import SPOOL, ClientProcess, refuse_taken
 from studio.api.cameras.demo import CalibratesOnce
+from studio.api.cameras.simulated import SIMULATED
 from studio.engine.model.calibration import Calibration
 from studio.live import LiveStage
 
 _log = logging.getLogger(__name__)
-
-SIMULATED = "simulated"
-DEMO_CAMERAS: dict[str, tuple[str, int]] = {"skeletons": ("simulated", 2), "rgb": ("simulated-rgb", 3)}
-"""The simulated stage's kinds of cameras, each with its source and number: they send skeletons, as depth cameras do,
-or landmarks in pictures, as webcams and phones do.
-"""
 
 CHECK_S = 0.5
 SLOWEST_RESTART_S = 10.0
@@ -59,7 +54,7 @@ class LocalCameras:
         """`token`: the clients', if the studio requires one; `certificate`: the server's own, if it has one."""
         self._stage = stage
         self._token = token
-        self._spool, self._certificate = stage.sessions / ".spool", certificate
+        self._spool, self._certificate = stage.sessions / SPOOL, certificate
         self._lock = threading.RLock()
         self._clients: dict[str, _Client] = {}
         self._opened: str | None = None
@@ -68,24 +63,32 @@ class LocalCameras:
         self._stopped = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def start_simulated(self, url: str, cameras: str = "skeletons", performers: int = 1) -> None:
+    def start_simulated(
+        self,
+        url: str,
+        sources: dict[str, str],
+        performers: int = 1,
+        running: Mapping[str, ClientProcess] | None = None,
+    ) -> None:
         """Start the simulated stage, and calibrate it if there is no calibration yet.
 
         Args:
             url: the server's.
-            cameras: a kind of `DEMO_CAMERAS`.
-            performers: how many are on the stage; several are seen by one more camera, of skeletons.
+            sources: of `simulated_sources`.
+            performers: how many are on the stage.
+            running: clients that were started before, by the camera's name.
         """
-        source, count = DEMO_CAMERAS[cameras]
-        several = ""
-        if performers > 1:
-            count, several = count + 1, f":0:{performers}:{round(time.time())}"
-        sources = {f"camera_{i}": f"{source}:{i}/{count}{several}" for i in range(count)}
-        self.start(sources, SIMULATED, url)
+        self.start(sources, SIMULATED, url, running=running)
         self._performers = performers
 
     def start(
-        self, sources: dict[str, str], opened: str, url: str, calibration: Calibration | None = None
+        self,
+        sources: dict[str, str],
+        opened: str,
+        url: str,
+        calibration: Calibration | None = None,
+        *,
+        running: Mapping[str, ClientProcess] | None = None,
     ) -> None:
         """Start clients in place of the running ones.
 
@@ -94,6 +97,7 @@ class LocalCameras:
             opened: their description, for `status`.
             url: the server's.
             calibration: of a recording; in use during its playback.
+            running: clients of these sources that were started before, by the camera's name.
 
         Raises:
             StudioError: another camera of such a name is connected.
@@ -102,7 +106,8 @@ class LocalCameras:
             refuse_taken(self._stage, sources.keys() - self._clients.keys())
             self._end_clients()
             self._stage.borrow_calibration(calibration)
-            self._clients = {name: _Client(source) for name, source in sources.items()}
+            started = running or {}
+            self._clients = {name: _Client(source, started.get(name)) for name, source in sources.items()}
             self._opened, self._url, self._performers = opened, url, 1
             self._stopped.clear()
             if self._thread is None:

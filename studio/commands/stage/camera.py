@@ -122,8 +122,11 @@ def chosen_token(args: argparse.Namespace, environment: Mapping[str, str]) -> st
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.camera.client.run import run_camera
     from studio.engine.base.errors import SettingsError
+    from studio.engine.base.loading import loading
+
+    with loading():
+        from studio.camera.client.run import run_camera
 
     if args.spool_mb < 1:
         raise SettingsError(bad_value("--spool-mb", args.spool_mb, "1 or more"))

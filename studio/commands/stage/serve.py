@@ -100,7 +100,7 @@ def port(text: str) -> int:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.server.run import leave, serve
+    from studio.server.start import serve
 
     config = chosen_config(args).config
     demo = args.demo or (args.demo_on_first_run and is_first_run(config.sessions))
@@ -112,7 +112,10 @@ def run(args: argparse.Namespace) -> int:
             count=args.performers,
         )
     kind = args.cameras or ("skeletons" if demo or args.performers > 1 else None)
-    leave(serve(config, demo=kind, performers=args.performers))
+    code = serve(config, demo=kind, performers=args.performers)
+    from studio.server.run import leave
+
+    leave(code)
 
 
 def is_first_run(sessions: Path) -> bool:
