@@ -64,6 +64,13 @@ def test_a_dancer_on_her_toes_and_a_short_glimpse_tell_nothing():
     assert on_soles(PERFORMER, _standing(0.08, 0.03, frames=20)) is PERFORMER
 
 
+def test_feet_that_never_stand_tell_nothing():
+    """As where one camera alone guesses places; without a warning, too."""
+    walk = _standing(0.08, 0.03)
+    moving = walk.positions[0] + np.arange(300)[:, None, None] / 30 * [2.0, 0.0, 0.0]
+    assert on_soles(PERFORMER, replace(walk, positions=moving[None], merged=moving)) is PERFORMER
+
+
 def test_they_are_kept_with_the_calibration_and_old_ones_are_read():
     camera = {"camera_0": CameraCalibration(np.eye(4))}
     kept = Calibration("camera_0", camera, replace(PERFORMER, soles_measured=True), floor_given=True)

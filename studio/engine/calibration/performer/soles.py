@@ -86,6 +86,8 @@ def _standing_foot(walk: Walk, side: str, lowest: bool) -> tuple[float, float] |
         other = joints[:, MIRROR[joint]]
         speed = np.linalg.norm(np.gradient(joints[:, joint], axis=0), axis=1) * rate_hz
         stands &= (speed < STAND_SPEED_M_S) & ~(joints[:, joint, 2] - other[:, 2] > OTHER_FOOT_M)
+    if stands.sum() < LEAST_INSTANTS:
+        return None
     drop = joints[stands, ankle, 2] - joints[stands, toe, 2]
     length = float(np.median(np.linalg.norm(joints[stands, ankle] - joints[stands, toe], axis=1)))
     flat = (drop > DROP_RANGE[0] * length) & (drop < DROP_RANGE[1] * length)

@@ -49,9 +49,24 @@ export function setText(element, text) {
   if (element.textContent !== words) element.replaceChildren(nodeOf(words));
 }
 
+const held = { at: null, waiting: new Map() }; // where the pointer is down; redraws that wait until it is let go, by element
+
+function letGo() {
+  held.at = null;
+  if (held.waiting.size) setTimeout(() => [...held.waiting].forEach(([element, [key, build]]) => redraw(element, key, build))); // after its click
+}
+document.addEventListener("pointerdown", (event) => { held.at = event.target; }, true);
+for (const name of ["pointerup", "pointercancel"]) document.addEventListener(name, letGo, true);
+window.addEventListener("blur", letGo);
+
 /** Replace an element's children only where `key` (what they show, as JSON) or the language differs from the last time; what is
- * typed stays where only the language does. */
+ * typed stays where only the language does. It waits while the pointer is down in the element: a button that is replaced then hears of no click. */
 export function redraw(element, key, build) {
+  if (held.at && element.contains(held.at)) {
+    held.waiting.set(element, [key, build]);
+    return;
+  }
+  held.waiting.delete(element);
   const shown = JSON.stringify(key), { lang } = document.documentElement, before = element.dataset;
   if (before.shown === shown && before.lang === lang) return;
   const focused = element.contains(document.activeElement) ? document.activeElement : null;
