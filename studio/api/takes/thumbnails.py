@@ -5,7 +5,7 @@ import threading
 from pathlib import Path
 
 from fastapi import APIRouter
-from fastapi.responses import FileResponse
+from fastapi.responses import Response
 
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.takes.find import Finder
@@ -80,17 +80,18 @@ def thumbnails_router(finder: Finder) -> APIRouter:
     """Return the route of the pictures."""
     router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES)
 
-    @router.get("/takes/{session}/{take}/thumbnail", response_class=FileResponse)
-    def get_thumbnail(session: str, take: str) -> FileResponse:
+    @router.get("/takes/{session}/{take}/thumbnail", response_class=Response)
+    def get_thumbnail(session: str, take: str) -> Response:
         """A small picture of a take (PNG); `thumbnail` in its line of the list says whether it exists."""
-        file = picture_of(finder.path(session, take))
-        if not file.is_file():
+        try:
+            picture = picture_of(finder.path(session, take)).read_bytes()
+        except (FileNotFoundError, NotADirectoryError):  # also where the take is moved just now
             raise NotFoundError(
                 "take.no_picture",
                 "there is no picture of take {session}/{take} yet; a take with a solve gets one",
                 session=session,
                 take=take,
-            )
-        return FileResponse(file, media_type="image/png", headers={"Cache-Control": "no-cache"})
+            ) from None
+        return Response(picture, media_type="image/png", headers={"Cache-Control": "no-cache"})
 
     return router
