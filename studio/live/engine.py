@@ -116,8 +116,7 @@ class Engine(PerformedStage):
 
     def prepare(self) -> None:
         """Prepare this process for a pipeline, which then starts; returns at once."""
-        if not warmup.is_ready():
-            warmup.begin(lambda: self.put(Call(self._start_missing, Future())))
+        warmup.begin(lambda: self.put(Call(self._start_missing, Future())))
 
     def put(self, item: Item) -> None:
         """Pass an item to the thread; never waits."""

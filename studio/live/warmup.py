@@ -25,22 +25,32 @@ def is_ready(calibration: Calibration | None = None) -> bool:
 
 def warm_up() -> None:
     """Prepare the process; waits. Later calls return at once."""
-    _prepare(_ready, "prepare_one", "the first pose")
-    _prepare(_ready_for_pictures, "prepare_pictures", "the first pose of cameras without depth")
+    _prepare_one()
+    _prepare_pictures()
 
 
 def begin(then: Callable[[], None]) -> None:
     """Prepare the process on a thread, and call `then` on that thread as soon as one performer can be solved, and
-    again once cameras without depth can be used."""
+    again once cameras without depth can be used; nothing where it is ready for both."""
+    if _ready.is_set() and _ready_for_pictures.is_set():
+        return
 
     def run() -> None:
-        _prepare(_ready, "prepare_one", "the first pose")
+        _prepare_one()
         then()
-        _prepare(_ready_for_pictures, "prepare_pictures", "the first pose of cameras without depth")
+        _prepare_pictures()
         then()
         _prepare(threading.Event(), "prepare_several", "a second performer")
 
     threading.Thread(target=run, name="warm-up", daemon=True).start()
+
+
+def _prepare_one() -> None:
+    _prepare(_ready, "prepare_one", "the first pose")
+
+
+def _prepare_pictures() -> None:
+    _prepare(_ready_for_pictures, "prepare_pictures", "the first pose of cameras without depth")
 
 
 def _prepare(done: threading.Event, function: str, late: str) -> None:

@@ -23,7 +23,8 @@ from tests.live.performer import frame, hello, save_stage_calibration
 def readiness(monkeypatch) -> threading.Event:
     """The process is not ready before this is set."""
     ready = threading.Event()
-    monkeypatch.setattr(warmup, "is_ready", lambda calibration=None: ready.is_set())
+    for name in ("_ready", "_ready_for_pictures"):
+        monkeypatch.setattr(warmup, name, ready)
     monkeypatch.setattr(warmup, "_prepare", lambda *what: ready.wait(60))
     return ready
 

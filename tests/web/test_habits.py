@@ -203,7 +203,8 @@ def test_the_page_says_that_the_solver_is_being_prepared(
     tmp_path: Path, page: Page, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ready = threading.Event()
-    monkeypatch.setattr(warmup, "is_ready", lambda calibration=None: ready.is_set())
+    for name in ("_ready", "_ready_for_pictures"):
+        monkeypatch.setattr(warmup, name, ready)
     monkeypatch.setattr(warmup, "_prepare", lambda *what: ready.wait(60))
     save_stage_calibration(tmp_path, NAMES)
     with studio(tmp_path) as (app, _), serving(app) as url, performing(url):
