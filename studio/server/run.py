@@ -99,7 +99,7 @@ def run(
 
     Args:
         config: folder of takes (made if missing), and whether others reach the server.
-        listening: its socket; it is closed.
+        listening: its socket, which `start.serve` closes.
         sources: of the simulated stage's cameras, which are started; None = no simulated stage.
         performers: how many are on the simulated stage.
         running: cameras of these that run already.
@@ -108,15 +108,11 @@ def run(
         StudioError: the folder cannot be made, or the certificate or a token cannot be used.
     """
     host, sessions = config.host, config.sessions
-    try:
-        tls = chosen_tls(config, open_to_others=host not in LOOPBACK)
-        operator_token = read_token(config.operator_token_file, "operator_token_file")
-        camera_token = read_token(config.camera_token_file, "camera_token_file")
-        stage = LiveStage(sessions)
-        stage.start(prepare=False)
-    except BaseException:
-        listening.close()
-        raise
+    tls = chosen_tls(config, open_to_others=host not in LOOPBACK)
+    operator_token = read_token(config.operator_token_file, "operator_token_file")
+    camera_token = read_token(config.camera_token_file, "camera_token_file")
+    stage = LiveStage(sessions)
+    stage.start(prepare=False)
     view = app = None
     try:
         access = Access(
@@ -160,7 +156,6 @@ def run(
             app.state.outputs.close()
         if view is not None:
             view.close()
-        listening.close()
     return 0
 
 

@@ -112,7 +112,6 @@ class EditsStamp:
 
 _LOOKED_AT = "the solve that is replayed; it has settings"
 
-
 _Look = Callable[[], JobStatus | None]
 """Begins the preview that is asked for with a change."""
 
