@@ -12,7 +12,11 @@ from studio.engine.model.calibration import Calibration
 
 _log = logging.getLogger(__name__)
 _lock = threading.Lock()
-_ready, _ready_for_pictures = threading.Event(), threading.Event()
+_ready, _ready_for_pictures, _wanted = threading.Event(), threading.Event(), threading.Event()
+
+PAUSE_S = 3.0
+"""How long the rest waits after the first pose can be solved, where nobody needs it: the page makes its first figure
+meanwhile."""
 
 
 def is_ready(calibration: Calibration | None = None) -> bool:
@@ -20,6 +24,8 @@ def is_ready(calibration: Calibration | None = None) -> bool:
     with_pictures = calibration is not None and any(
         camera.lens is not None for camera in calibration.cameras.values()
     )
+    if with_pictures:
+        _wanted.set()
     return (_ready_for_pictures if with_pictures else _ready).is_set()
 
 
@@ -31,13 +37,15 @@ def warm_up() -> None:
 
 def begin(then: Callable[[], None]) -> None:
     """Prepare the process on a thread, and call `then` on that thread as soon as one performer can be solved, and
-    again once cameras without depth can be used; nothing where it is ready for both."""
+    again once cameras without depth can be used; nothing where it is ready for both. Without cameras that need it
+    (`is_ready`), the second part begins after a pause."""
     if _ready.is_set() and _ready_for_pictures.is_set():
         return
 
     def run() -> None:
         _prepare_one()
         then()
+        _wanted.wait(PAUSE_S)
         _prepare_pictures()
         then()
         _prepare(threading.Event(), "prepare_several", "a second performer")

@@ -100,7 +100,8 @@ def test_cameras_without_depth_are_prepared_after_those_with_it(monkeypatch):
     for name in ("prepare_one", "prepare_pictures", "prepare_several"):
         monkeypatch.setattr(f"studio.offline.warming.{name}", lambda name=name: calls.append(name))
     monkeypatch.setattr(warmup, "_ready", threading.Event())
-    monkeypatch.setattr(warmup, "_ready_for_pictures", threading.Event())
+    for name in ("_ready_for_pictures", "_wanted"):
+        monkeypatch.setattr(warmup, name, threading.Event())
     depth, pictures = (
         Calibration("a", {"a": CameraCalibration(np.eye(4), lens=lens)})
         for lens in (None, usual_lens(1280, 720))
@@ -112,6 +113,20 @@ def test_cameras_without_depth_are_prepared_after_those_with_it(monkeypatch):
     warmup.begin(then)
     wait_until(lambda: len(calls) == 5, "all is prepared")
     assert calls == ["prepare_one", "True False", "prepare_pictures", "True True", "prepare_several"]
+
+
+def test_cameras_without_depth_are_prepared_for_once_they_are_there_else_after_a_pause(monkeypatch):
+    calls: list[str] = []
+    for name in ("prepare_one", "prepare_pictures", "prepare_several"):
+        monkeypatch.setattr(f"studio.offline.warming.{name}", lambda name=name: calls.append(name))
+    for name in ("_ready", "_ready_for_pictures", "_wanted"):
+        monkeypatch.setattr(warmup, name, threading.Event())
+    monkeypatch.setattr(warmup, "PAUSE_S", 3600.0)
+    told = threading.Event()
+    warmup.begin(told.set)
+    assert told.wait(60) and warmup.is_ready() and calls == ["prepare_one"]
+    assert not warmup.is_ready(Calibration("a", {"a": CameraCalibration(np.eye(4), lens=usual_lens(1280, 720))}))
+    wait_until(lambda: len(calls) == 3, "all is prepared")
 
 
 def test_what_cannot_be_made_ready_is_told_and_begins_anyway(monkeypatch, caplog):
