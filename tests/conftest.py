@@ -76,7 +76,7 @@ def pytest_configure() -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Run twice as many processes as there are cores, of which half mostly wait."""
+    """Run half as many processes again as there are cores: many of them wait."""
     return processes()
 
 

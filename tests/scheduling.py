@@ -1,7 +1,7 @@
 """How many processes run the tests, and which: half begin with those in real time, half with those that compute.
 
-The first kind waits more than it computes, so both kinds together, twice as many as there are cores, keep the machine
-busy. A process that has none of its kind left goes on with the other.
+The first kind waits, so three processes keep two cores busy. With four, the same tests take a tenth more processor
+time. A process that has none of its kind left goes on with the other.
 """
 
 import os
@@ -25,7 +25,8 @@ FIRST = ("tests/test_guards.py", "tests/test_site.py", "tests/test_examples.py")
 
 def processes() -> int:
     """How many processes run the tests at the same time."""
-    return 2 * (os.cpu_count() or 1)
+    cores = os.cpu_count() or 1
+    return cores + (cores + 1) // 2
 
 
 class Scheduling(LoadScopeScheduling):
