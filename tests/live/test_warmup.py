@@ -125,7 +125,9 @@ def test_cameras_without_depth_are_prepared_for_once_they_are_there_else_after_a
     told = threading.Event()
     warmup.begin(told.set)
     assert told.wait(60) and warmup.is_ready() and calls == ["prepare_one"]
-    assert not warmup.is_ready(Calibration("a", {"a": CameraCalibration(np.eye(4), lens=usual_lens(1280, 720))}))
+    assert not warmup.is_ready(
+        Calibration("a", {"a": CameraCalibration(np.eye(4), lens=usual_lens(1280, 720))})
+    )
     wait_until(lambda: len(calls) == 3, "all is prepared")
 
 

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 
 def transform_points(T: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -111,6 +110,8 @@ def angles_xyz(rotation: NDArray[np.float64]) -> tuple[float, float, float]:
 
 def matrices(quaternions_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return rotation matrices, shape (..., 3, 3), of wxyz quaternions, shape (..., 4)."""
+    from scipy.spatial.transform import Rotation  # slow to load, and a camera needs none
+
     m = Rotation.from_quat(quaternions_wxyz.reshape(-1, 4), scalar_first=True).as_matrix()
     return m.reshape(*quaternions_wxyz.shape[:-1], 3, 3)
 
