@@ -9,6 +9,7 @@ from playwright.sync_api import Page, Route, expect
 
 from studio.take.folder.take import Take
 from studio.take.library.index import AT_ONCE
+from tests import patient
 from tests.web.browser import until, wait_for_undos
 from tests.web.playback.takes import take_with_solves
 from tests.web.stages import serving
@@ -53,6 +54,22 @@ def search(page: Page, text: str) -> None:
 
 def names(page: Page) -> list[str]:
     return page.locator("#takes-list .take-head .name").all_text_contents()
+
+
+def test_a_click_counts_though_its_row_changes_meanwhile(address: str, page: Page) -> None:
+    open_page(page, address)
+    star = page.get_by_role("button", name="Star one")
+    star.hover()
+    page.mouse.down()
+    takes = f"{address}/api/v1/takes"
+    patient.patch(f"{takes}/monday/one", json={"notes": "changed meanwhile"}).raise_for_status()
+    patient.delete(f"{takes}/tuesday/take_000").raise_for_status()
+    expect(page.locator("#takes-count")).to_have_text(f"{MANY + 1} takes")  # the page knows of both
+    row = page.locator("#takes-list .take", has=star)
+    expect(row).not_to_contain_text("changed meanwhile")
+    page.mouse.up()
+    expect(row).to_contain_text("changed meanwhile")
+    expect(star).to_have_attribute("aria-pressed", "true")
 
 
 NOTED = """window.said = []; window.listed = [];

@@ -49,24 +49,34 @@ export function setText(element, text) {
   if (element.textContent !== words) element.replaceChildren(nodeOf(words));
 }
 
-const held = { at: null, waiting: new Map() }; // where the pointer is down; redraws that wait until it is let go, by element
+const held = { at: null, waiting: new Map() }; // where the pointer is down; what is drawn once it is let go, by element
 
 function letGo() {
   held.at = null;
-  if (held.waiting.size) setTimeout(() => [...held.waiting].forEach(([element, [key, build]]) => redraw(element, key, build))); // after its click
+  if (held.waiting.size) setTimeout(() => [...held.waiting].forEach(([element, draw]) => whenLetGo(element, draw))); // after its click
 }
 document.addEventListener("pointerdown", (event) => { held.at = event.target; }, true);
 for (const name of ["pointerup", "pointercancel"]) document.addEventListener(name, letGo, true);
 window.addEventListener("blur", letGo);
 
-/** Replace an element's children only where `key` (what they show, as JSON) or the language differs from the last time; what is
- * typed stays where only the language does. It waits while the pointer is down in the element: a button that is replaced then hears of no click. */
-export function redraw(element, key, build) {
-  if (held.at && element.contains(held.at)) {
-    held.waiting.set(element, [key, build]);
-    return;
+/** Call `draw`, which replaces children of an element, once the pointer is not down in it: a button that is replaced then
+ * hears of no click. */
+export function whenLetGo(element, draw) {
+  const waits = held.at && element.contains(held.at);
+  if (waits) held.waiting.set(element, draw);
+  else {
+    held.waiting.delete(element);
+    draw();
   }
-  held.waiting.delete(element);
+}
+
+/** Replace an element's children, as `whenLetGo`, only where `key` (what they show, as JSON) or the language differs from the
+ * last time; what is typed stays where only the language does. */
+export function redraw(element, key, build) {
+  whenLetGo(element, () => drawAnew(element, key, build));
+}
+
+function drawAnew(element, key, build) {
   const shown = JSON.stringify(key), { lang } = document.documentElement, before = element.dataset;
   if (before.shown === shown && before.lang === lang) return;
   const focused = element.contains(document.activeElement) ? document.activeElement : null;

@@ -1,5 +1,5 @@
 // The list of takes: rows of what was found, built as they come into sight; every change of a take can be taken back.
-import { byId, h, redraw, setText } from "../base/dom.js";
+import { byId, h, redraw, setText, whenLetGo } from "../base/dom.js";
 import { calibrateTake, changeTake, getCalibrations, restoreTake, solveTake, throwSolve, throwTake, throwVideo, useCalibration } from "../base/api.js";
 import { ended } from "../base/jobs.js";
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
@@ -153,7 +153,7 @@ function show() {
   byId("takes-find").hidden = total < 2 && !words;
   byId("takes-problem").hidden = !problem;
   setText(byId("takes-problem"), problem);
-  showRows(takes);
+  whenLetGo(byId("takes-list"), () => showRows(takes));
   byId("takes-empty").hidden = takes.length > 0;
   setText(byId("takes-empty"), t(reading ? "takes.none_yet" : words ? "takes.none_found" : "takes.none"));
   byId("takes-more").hidden = takes.length >= count;
