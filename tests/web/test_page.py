@@ -116,6 +116,22 @@ def open_page(page: Page, url: str) -> None:
     expect(page.locator("#preset")).to_be_visible()
 
 
+def test_a_view_whose_server_is_away_is_no_error_of_the_page(empty: str, chromium: Browser) -> None:
+    page = chromium.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    open_page(page, empty)
+    page.route("**/viewer/**", lambda route: route.abort("connectionrefused"))
+    page.evaluate("""() => new Promise((loaded) => {
+      const frame = document.getElementById("viewer");
+      frame.addEventListener("load", loaded, { once: true });
+      frame.src += "";
+    })""")
+    assert page.locator("#viewer").evaluate("(frame) => frame.contentDocument === null")
+    assert not errors
+    page.close()
+
+
 def test_an_empty_studio_says_what_to_do_and_takes_settings(empty: str, page: Page) -> None:
     open_page(page, empty)
     expect(page.locator("#notice")).to_have_text("No camera is connected")

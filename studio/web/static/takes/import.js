@@ -7,6 +7,7 @@ import { canOperate } from "../base/role.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
 import { safeName } from "../compare/reference.js";
+import { insideView } from "../view/viewer.js";
 import { chosenFiles, droppedFiles } from "./given_files.js";
 
 const REFERENCES = [".bvh", ".fbx", ".glb", ".gltf", ".c3d", ".trc", ".csv", ".npz"];
@@ -153,9 +154,6 @@ export function startImport(imported) {
     dialog.showModal();
   });
   listenTo(document);
-  const frame = byId("viewer");
-  const listen = () => listenTo(frame.contentWindow);
-  frame.addEventListener("load", listen);
-  if (frame.contentDocument?.readyState === "complete") listen();
+  insideView(listenTo);
   addEventListener("beforeunload", (event) => { if (state.sending) event.preventDefault(); });
 }

@@ -18,12 +18,18 @@ export function setStale(text) {
 /** Whether a key belongs to a field that is being filled in. */
 export const inTextField = (event) => Boolean(event.target.closest?.("input[type=text], input[type=number], input[type=password], input[type=search], textarea, select, [contenteditable]"));
 
-/** Call `handle` with events of a name inside the 3D view, also after it was loaded anew. */
-export function listenInside(name, handle) {
+/** Call `use` with the window of the 3D view, also after it was loaded anew; not with that of a browser's own page, which stands there
+ * while the server is away. */
+export function insideView(use) {
   const frame = byId("viewer");
-  const listen = () => frame.contentWindow.addEventListener(name, handle, { capture: true });
-  frame.addEventListener("load", listen);
-  if (frame.contentDocument?.readyState === "complete") listen();
+  const loaded = () => { if (frame.contentDocument) use(frame.contentWindow); };
+  frame.addEventListener("load", loaded);
+  if (frame.contentDocument?.readyState === "complete") loaded();
+}
+
+/** Call `handle` with events of a name inside the 3D view. */
+export function listenInside(name, handle) {
+  insideView((view) => view.addEventListener(name, handle, { capture: true }));
 }
 
 /** Call `handle` with keys pressed on the page or inside the 3D view. */
