@@ -79,7 +79,15 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Page]]:
 
 
 def clients(name: str) -> list[psutil.Process]:
-    """The processes of clients of a camera's name that this process has started."""
+    """The processes of clients of a camera's name that this process has started.
+
+    One that has just begun has no command line for a moment, and counts once it has one.
+    """
+    while any(
+        one.is_running() and one.status() != psutil.STATUS_ZOMBIE and not one.cmdline()
+        for one in psutil.Process().children()
+    ):
+        time.sleep(0.01)
     found = [one for one in psutil.Process().children() if one.status() != psutil.STATUS_ZOMBIE]
     return [one for one in found if name in one.cmdline()]
 
