@@ -48,8 +48,6 @@ def shoot(page: Page, clock: Clock, file: Path) -> None:
     clock.done("the calibration has begun by itself")
     expect(badge).to_have_text(re.compile("good|usable"), timeout=PATIENCE_MS)
     clock.done("calibrated")
-    wizard = page.locator("#wizard")  # shown by a page that sees the walk begin
-    expect(wizard).to_be_hidden(timeout=PATIENCE_MS)
     page.wait_for_timeout(READING_MS)
     page.locator("#guide").get_by_role("button", name="Record").click()
     expect(page.locator("#record .label")).to_have_text("Stop")

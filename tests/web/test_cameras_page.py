@@ -40,8 +40,8 @@ def test_cameras_are_simulated_from_the_page_and_stopped(empty: str, page: Page)
     first = page.locator(".camera").first
     expect(first.locator(".figures")).to_contain_text("fps")
     expect(first.locator("dd").last).to_contain_text("%")
-    expect(page.locator("#wizard")).to_be_visible()  # the simulated performer's walk has begun
-    page.keyboard.press("Escape")
+    expect(page.locator("#calibration-badge")).to_have_text("calibrating")  # the performer walks by itself
+    expect(page.locator("#wizard")).to_be_hidden()
     page.get_by_role("button", name="Stop these cameras").click()
     expect(first.locator(".health")).to_have_text("Disconnected")
 

@@ -19,7 +19,6 @@ def test_a_receiver_is_added_switched_off_and_removed(tmp_path, chromium):
     ):
         receiver.bind(("127.0.0.1", 0))
         receiver.settimeout(120.0)
-        page.add_locator_handler(page.locator("#wizard"), lambda _: page.keyboard.press("Escape"))
         page.goto(f"http://{host}/")
         page.get_by_role("button", name="Live output").click()
         page.locator("#output-port").fill(str(receiver.getsockname()[1]))

@@ -26,7 +26,6 @@ def test_timecode_is_shown_and_a_trigger_is_heard(tmp_path, chromium):
         studio_program(tmp_path) as host,
         quiet_page(chromium) as page,
     ):
-        page.add_locator_handler(page.locator("#wizard"), lambda _: page.keyboard.press("Escape"))
         page.goto(f"http://{host}/")
         page.get_by_role("button", name="On set").click()
         expect(page.locator("#timecode")).to_be_hidden()

@@ -140,6 +140,22 @@ def test_from_the_walk_to_a_measured_performer(address: str, page: Page, told: T
     expect(page.locator("#wizard")).to_be_hidden()
 
 
+def test_a_simulated_performer_s_walk_covers_nothing(address: str, page: Page, told: Told) -> None:
+    """It is seen while it walks by itself; a T-pose that is begun, or a click, opens the wizard as always."""
+    for one in told.message["status"]["cameras"].values():
+        one["device"] = "simulated"
+    open_page(page, address)
+    walk(told)
+    expect(page.locator("#calibration-badge")).to_have_text("calibrating")
+    expect(page.locator("#wizard")).to_be_hidden()
+    page.locator("#calibrate").click()
+    expect(page.locator("#wizard-big")).to_have_text("It walks by itself")
+    page.keyboard.press("Escape")
+    expect(page.locator("#wizard")).to_be_hidden()
+    told.calibration({"state": "idle"}, {"state": "countdown", "seconds_left": 4.8})
+    expect(page.locator("#wizard-big")).to_be_visible()
+
+
 def test_what_is_known_of_cameras_without_depth_is_typed(
     address: str, page: Page, told: Told, tmp_path: Path
 ) -> None:

@@ -12,7 +12,7 @@ const GATHERED = 0.9; // share of the progress at which all frames are there
 const connected = (status) => Object.values(status.cameras).filter((camera) => camera.connected);
 
 /** Whether nobody hears what is said: all cameras are simulated, and so is the performer. */
-const simulated = (status) => connected(status).length > 0 && connected(status).every((camera) => camera.device.startsWith("simulated"));
+export const simulated = (status) => connected(status).length > 0 && connected(status).every((camera) => camera.device.startsWith("simulated"));
 
 /** Return the step that the stage is in, given the one before. */
 export function stepOf(status, before) {

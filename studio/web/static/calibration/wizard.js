@@ -3,7 +3,7 @@ import { byId, h, redraw, setText, svg } from "../base/dom.js";
 import { cancelTPose, finishCalibration, startCalibration, startTPose } from "../base/api.js";
 import { coverageMap, coverageShare } from "./coverage.js";
 import { toneOf } from "../base/fresh.js";
-import { GATHERING, POSING, STEPS, sayingOf, soundsOf, stepOf, verdictOf } from "./guide.js";
+import { GATHERING, POSING, STEPS, sayingOf, simulated, soundsOf, stepOf, verdictOf } from "./guide.js";
 import { attempt } from "../base/messages.js";
 import { knownFields, knownNow, knownShown, withoutDepth } from "./known.js";
 import { showPhone } from "./phone.js";
@@ -162,12 +162,13 @@ export function openWizard() {
   open(false);
 }
 
-/** Take in a status: go on to the step that the stage is in; a walk or a T-pose that somebody begins opens the wizard. */
+/** Take in a status: go on to the step that the stage is in; a walk or a T-pose that somebody begins opens the wizard. A
+ * simulated performer walks by itself, and is seen meanwhile. */
 export function updateWizard(status, colours) {
   const before = state.status?.calibration;
   Object.assign(state, { status, colours, heardAt: performance.now() });
   const step = stepOf(status, state.step);
-  const begins = before && ((GATHERING.includes(status.calibration.attempt.state) && !GATHERING.includes(before.attempt.state))
+  const begins = before && ((GATHERING.includes(status.calibration.attempt.state) && !GATHERING.includes(before.attempt.state) && !simulated(status))
     || (POSING.includes(status.calibration.tpose.state) && !POSING.includes(before.tpose.state)));
   if (step !== state.step) clearTimeout(state.leaving);
   const measured = step === "done" && state.step === "pose";
