@@ -1,7 +1,7 @@
 """How many processes run the tests, and which: half begin with those in real time, half with those that compute.
 
-The first kind waits at times, so three processes keep two cores busy; four take as long. A process that has none of its
-kind left goes on with the other.
+The first kind waits at times, so three processes keep two cores busy; four take as long. A process that has none of
+its kind left goes on with the other.
 """
 
 import os

@@ -20,8 +20,10 @@ meanwhile."""
 
 
 def is_ready(calibration: Calibration | None = None) -> bool:
-    """Whether a pipeline of these cameras can be started within milliseconds; None = of cameras with depth. Who asks for
-    cameras without depth has them prepared for at once."""
+    """Whether a pipeline of these cameras can be started within milliseconds; None = of cameras with depth.
+
+    Who asks for cameras without depth has them prepared for at once.
+    """
     with_pictures = calibration is not None and any(
         camera.lens is not None for camera in calibration.cameras.values()
     )
