@@ -242,6 +242,7 @@ def test_the_remote_control_says_the_same_and_records(tmp_path: Path, page: Page
             expect(page.locator("#record")).to_have_text("Record")
             until(lambda: stage.recording_name() is None)
             expect(page.locator("#calibrate")).to_be_disabled()  # a click before the answer would be lost
+            until(lambda: page.evaluate("true") and bool(answers))  # Playwright hands it over meanwhile
             answers[0][0].fulfill(response=answers[0][1])
             page.locator("#calibrate").click()
             expect(page.locator("#big")).to_have_text("Hold a T-pose")
