@@ -95,39 +95,38 @@ def decoded_positions(sequence: int) -> np.ndarray:
     return camera_frame("camera_0", "canonical", message).positions
 
 
-def test_cameras_without_depth_are_prepared_after_those_with_it(monkeypatch):
+DEPTH, PICTURES = (
+    Calibration("a", {"a": CameraCalibration(np.eye(4), lens=lens)}) for lens in (None, usual_lens(1280, 720))
+)
+
+
+@pytest.fixture
+def calls(monkeypatch) -> list[str]:
+    """What is prepared, in turn, in a process in which nothing is."""
     calls: list[str] = []
     for name in ("prepare_one", "prepare_pictures", "prepare_several"):
         monkeypatch.setattr(f"studio.offline.warming.{name}", lambda name=name: calls.append(name))
-    monkeypatch.setattr(warmup, "_ready", threading.Event())
-    for name in ("_ready_for_pictures", "_wanted"):
+    for name in ("_ready", "_ready_for_pictures", "_wanted"):
         monkeypatch.setattr(warmup, name, threading.Event())
-    depth, pictures = (
-        Calibration("a", {"a": CameraCalibration(np.eye(4), lens=lens)})
-        for lens in (None, usual_lens(1280, 720))
-    )
+    return calls
+
+
+def test_cameras_without_depth_are_prepared_after_those_with_it(calls):
 
     def then() -> None:
-        calls.append(f"{warmup.is_ready(depth)} {warmup.is_ready(pictures)}")
+        calls.append(f"{warmup.is_ready(DEPTH)} {warmup.is_ready(PICTURES)}")
 
     warmup.begin(then)
     wait_until(lambda: len(calls) == 5, "all is prepared")
     assert calls == ["prepare_one", "True False", "prepare_pictures", "True True", "prepare_several"]
 
 
-def test_cameras_without_depth_are_prepared_for_once_they_are_there_else_after_a_pause(monkeypatch):
-    calls: list[str] = []
-    for name in ("prepare_one", "prepare_pictures", "prepare_several"):
-        monkeypatch.setattr(f"studio.offline.warming.{name}", lambda name=name: calls.append(name))
-    for name in ("_ready", "_ready_for_pictures", "_wanted"):
-        monkeypatch.setattr(warmup, name, threading.Event())
+def test_cameras_without_depth_are_prepared_for_once_they_are_there_else_after_a_pause(calls, monkeypatch):
     monkeypatch.setattr(warmup, "PAUSE_S", 3600.0)
     told = threading.Event()
     warmup.begin(told.set)
     assert told.wait(60) and warmup.is_ready() and calls == ["prepare_one"]
-    assert not warmup.is_ready(
-        Calibration("a", {"a": CameraCalibration(np.eye(4), lens=usual_lens(1280, 720))})
-    )
+    assert not warmup.is_ready(PICTURES)
     wait_until(lambda: len(calls) == 3, "all is prepared")
 
 
