@@ -11,6 +11,14 @@ def transform_points(T: NDArray[np.float64], points: NDArray[np.float64]) -> NDA
     return points @ T[:3, :3].T + T[:3, 3]
 
 
+_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
+
+
+def cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a x b, shapes (..., 3). `np.cross` gives the same and takes five times as long for one frame."""
+    return a[..., _NEXT] * b[..., _AFTER] - a[..., _AFTER] * b[..., _NEXT]
+
+
 def make_transform(rotation: NDArray[np.float64], translation: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return the 4x4 transform of a 3x3 rotation and a translation [m]."""
     T = np.eye(4)
@@ -126,14 +134,14 @@ def rotation_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[
 
     A zero vector gives the identity.
     """
-    a_length, b_length = np.linalg.norm(a), np.linalg.norm(b)
+    a_length, b_length = math.sqrt(a @ a), math.sqrt(b @ b)
     if not (a_length > 0 and b_length > 0):
         return np.eye(3)
     a, b = a / a_length, b / b_length
-    v, one_plus_cosine = np.cross(a, b), 0.5 * float((a + b) @ (a + b))
+    v, one_plus_cosine = cross(a, b), 0.5 * float((a + b) @ (a + b))
     if one_plus_cosine < 1e-9:  # opposite: a half turn about any axis perpendicular to a
         least: NDArray[np.float64] = np.eye(3)[np.argmin(np.abs(a))]
-        axis = np.cross(a, least)
+        axis = cross(a, least)
         axis /= np.linalg.norm(axis)
         return 2 * np.outer(axis, axis) - np.eye(3)
     k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.base.geometry import invert_transform
+from studio.engine.base.geometry import cross, invert_transform
 from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT, MIRROR
 from studio.simulator.joints.bone_frames import bone_frames
 from studio.simulator.joints.occlusion import hidden_joints
@@ -166,6 +166,6 @@ class NoisyJoints:
 
 def _across(ray: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Two unit directions across each ray: sideways and down in the picture."""
-    aside: NDArray[np.float64] = np.cross(np.array([0.0, 1.0, 0.0]), ray)
+    aside: NDArray[np.float64] = cross(np.array([0.0, 1.0, 0.0]), ray)
     aside /= np.sqrt((aside * aside).sum(-1, keepdims=True))
-    return aside, np.cross(ray, aside)
+    return aside, cross(ray, aside)

@@ -78,11 +78,11 @@ def segment_distance(
     Source: Ericson, "Real-Time Collision Detection", section 5.1.9.
     """
     r = eye - p2
-    a, e = (d1 * d1).sum(-1), np.maximum((d2 * d2).sum(-1), 1e-12)
-    b, c, f = (d1 * d2).sum(-1), (d1 * r).sum(-1), (d2 * r).sum(-1)
+    a, e = np.vecdot(d1, d1), np.maximum(np.vecdot(d2, d2), 1e-12)
+    b, c, f = np.vecdot(d1, d2), np.vecdot(d1, r), np.vecdot(d2, r)
     denominator = a * e - b * b
     s = np.clip((b * f - c * e) / np.maximum(denominator, 1e-12), 0.0, 1.0)
     t = np.clip((b * s + f) / e, 0.0, 1.0)
     s = np.clip((b * t - c) / np.maximum(a, 1e-12), 0.0, 1.0)
     gap = r + s[..., None] * d1 - t[..., None] * d2
-    return np.sqrt((gap * gap).sum(-1))
+    return np.sqrt(np.vecdot(gap, gap))

@@ -105,10 +105,10 @@ def _turned_deg(
     reach = int(steps.max())
     if count <= 2 * reach:
         return out
-    trace_least = np.full((count - 2 * reach, joints), 3.0)
+    trace_least, flat = np.full((count - 2 * reach, joints), 3.0), rotations.reshape(count, joints, 9)
     for step in steps:
-        there = rotations[reach + step : count - reach + step]
-        trace_least = np.minimum(trace_least, (rotations[reach : count - reach] * there).sum(axis=(2, 3)))
+        there = flat[reach + step : count - reach + step]
+        trace_least = np.minimum(trace_least, np.vecdot(flat[reach : count - reach], there))
     suspects = np.argwhere(trace_least < 1.0 + 2.0 * np.cos(np.radians(0.5 * POP_DEG)))
     if not len(suspects):
         return out

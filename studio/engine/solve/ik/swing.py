@@ -4,11 +4,13 @@
 or knee; a straight limb swings from its parent without twist.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from studio.engine.base.geometry import rotation_between
+from studio.engine.base.geometry import cross, rotation_between
 from studio.engine.model.human.humanoid import BODY_JOINTS, Humanoid
 from studio.engine.model.human.ranges import dofs_of
 from studio.engine.model.human.skeleton import Skeleton
@@ -23,17 +25,17 @@ PLANE_MIN_SINE = 1e-3
 
 def _frame(up: NDArray[np.float64], left: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Rotation whose z is along `up` and whose x is nearest to `left`; None where they do not span a plane."""
-    up_length, left_length = np.linalg.norm(up), np.linalg.norm(left)
+    up_length, left_length = math.sqrt(up @ up), math.sqrt(left @ left)
     if not (up_length > 1e-6 and left_length > 1e-6):
         return None
     z = up / up_length
     x = left / left_length
     x = x - (x @ z) * z
-    sine = np.linalg.norm(x)
+    sine = math.sqrt(x @ x)
     if not sine > PLANE_MIN_SINE:
         return None
     x = x / sine
-    return np.column_stack([x, np.cross(z, x), z])
+    return np.column_stack([x, cross(z, x), z])
 
 
 def _aligned(rest_up: NDArray[np.float64], rest_left: NDArray[np.float64], up: NDArray[np.float64],
@@ -54,8 +56,8 @@ def _limb(
     if np.isnan(now[2]).any():
         return swing, swing
     lower_rest, lower = rest[2] - rest[1], now[2] - now[1]
-    hinge = np.cross(upper, lower)
-    sine = np.linalg.norm(hinge) / max(np.linalg.norm(upper) * np.linalg.norm(lower), 1e-9)
+    hinge = cross(upper, lower)
+    sine = math.sqrt(hinge @ hinge) / max(math.sqrt(upper @ upper) * math.sqrt(lower @ lower), 1e-9)
     if sine > BEND_MIN_SINE:
         turned = _aligned(upper_rest, bend_axis, upper, hinge)
         swing = swing if turned is None else turned
