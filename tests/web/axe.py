@@ -13,10 +13,14 @@ _TRIES = 8
 _LOADED_ANEW = ("context was destroyed", "detached", "frame timed out")
 THEMES = ("dark", "light")
 
-# All rules of axe that are not experimental; what it finds, a line each: the rule, the element, what is wrong.
-_FIND = """async () => {
+# All rules of axe that are not experimental, or those of them that look at colours; what it finds, a line each: the
+# rule, the element, what is wrong.
+_FIND = """async (onlyColours) => {
   const waits = { frameWaitTime: 60000, pingWaitTime: 5000 };
-  const { violations } = await axe.run(document, { resultTypes: ["violations"], ...waits });
+  const coloured = axe.getRules(["cat.color"]).filter(({ tags }) => !tags.includes("wcag2aaa"));
+  const values = coloured.map(({ ruleId }) => ruleId);
+  const rules = onlyColours ? { runOnly: { type: "rule", values } } : {};
+  const { violations } = await axe.run(document, { resultTypes: ["violations"], ...waits, ...rules });
   const why = ({ any, all, none }) => [...any, ...all, ...none].map(({ message }) => message).join("; ");
   return violations.flatMap(({ id, impact, nodes }) => nodes.map((node) =>
     `${id} (${impact}) ${node.target.flat(9).join(" ")} ${why(node).slice(0, 200)} ${node.html.slice(0, 160)}`));
@@ -28,18 +32,23 @@ _SETTLED = """() => document.getAnimations().every((one) => one.playState === "f
 
 
 def found_in(page: Page, state: str) -> list[str]:
-    """What axe finds in a state of a page, dark and light, on a laptop and on a phone: a line each."""
+    """What axe finds in a state of a page, dark and light, on a laptop and on a phone: a line each.
+
+    Themes differ in colours alone (`test_styles.py`): all rules look at one theme on a laptop and at the other on a
+    phone, and those for colours at both on both.
+    """
     lines = []
-    for width, height in SIZES:
+    for size, (width, height) in enumerate(SIZES):
         page.set_viewport_size({"width": width, "height": height})
-        for theme in THEMES:
+        for number, theme in enumerate(THEMES):
             page.emulate_media(color_scheme="light" if theme == "light" else "dark")
             until(page, f"({_SETTLED})()")
-            lines += [f"{state}, {theme}, {width}: {one}" for one in violations(page)]
+            found = violations(page, only_colours=number != size)
+            lines += [f"{state}, {theme}, {width}: {one}" for one in found]
     return lines
 
 
-def violations(page: Page) -> list[str]:
+def violations(page: Page, *, only_colours: bool = False) -> list[str]:
     """What axe finds on a page and in its frames."""
     if not AXE.is_file():
         pytest.skip("axe is not here: sh tests/fetch_readers.sh")
@@ -47,7 +56,7 @@ def violations(page: Page) -> list[str]:
         try:
             for frame in page.frames:
                 _load(frame)
-            return page.evaluate(_FIND)
+            return page.evaluate(_FIND, only_colours)
         except Error as error:  # the 3D view is loaded anew where its picture is old, as on a busy machine
             if not any(one in str(error) for one in _LOADED_ANEW):
                 raise
