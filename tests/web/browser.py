@@ -24,12 +24,13 @@ WAIT_MS = 60_000
 
 SELDOM_MS, LIVELY_MS = 1000, 200
 View = Literal["absent", "still", "moving", "drawn"]
-UNHURRIED = """if (location.pathname.startsWith("/viewer") && "HOW" === "absent") {
+UNHURRIED = """const draws = /^\\/(vote|share)\\//.test(location.pathname) || location.protocol === "file:";
+if (location.pathname.startsWith("/viewer") && "HOW" === "absent") {
   stop();
-} else if (location.pathname.startsWith("/viewer")) {
+} else if (location.pathname.startsWith("/viewer") || draws) {
   const next = window.requestAnimationFrame.bind(window), gl = WebGL2RenderingContext.prototype;
-  window.requestAnimationFrame = (call) => "HOW" !== "still" && setTimeout(() => next(call), INTERVAL_MS);
-  if ("HOW" === "moving") {
+  window.requestAnimationFrame = (call) => (draws || "HOW" !== "still") && setTimeout(() => next(call), INTERVAL_MS);
+  if ("HOW" === "moving" && !draws) {
     const { viewport } = gl;
     gl.viewport = function (x, y, width, height) {
       this.isTrial = width < 16;  // of what the browser can do, before the first picture
@@ -58,6 +59,8 @@ UNHURRIED = """if (location.pathname.startsWith("/viewer") && "HOW" === "absent"
 `moving`: as many empty frames; its camera moves, and a click meets what is there.
 `still`: its program runs, gets all messages and waits for its first frame, which would take three seconds.
 `absent`: its program is not loaded, which is half the cost of opening the page.
+
+A page that shows animations alone, of a vote or of a share, is always `drawn`.
 
 The view takes the browser for one with a graphics card, so that pictures of one test have the same resolution; where
 `?software` is asked for, it knows.
