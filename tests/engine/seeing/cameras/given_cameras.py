@@ -68,14 +68,14 @@ class Errors:
 
 
 def watched(
-    performer: Actor, motion: CanonicalMotion, *, seconds: float | None = None, seed: int = 0
+    performer: Actor, motion: CanonicalMotion, *, seconds: float | None = None, seed: int = 0, hz: float = HZ
 ) -> Watched:
     """Return what two Kinect v2 see of a motion, or of its first seconds."""
     rig, sensor = standard_rig(2), find_sensor("kinect-v2")
     performance = perform(motion, performer)
     stage = DepthStage.of(sensor, rig, performance, performer, seed=seed)
     images = [stage.camera(index) for index in range(len(rig))]
-    times = np.arange(0.0, motion.duration_s if seconds is None else seconds, 1 / HZ)
+    times = np.arange(0.0, motion.duration_s if seconds is None else seconds, 1 / hz)
     sets = [
         {
             camera.name: DepthFrame(camera.name, k, round(t * 1e9) + 1, image.image(float(t)))
