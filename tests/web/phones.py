@@ -19,7 +19,7 @@ def as_camera(video: Path, out: Path) -> Path:
     with av.open(str(video)) as source, out.open("wb") as file:
         for number, frame in enumerate(source.decode(video=0)):
             if number % 2 == 0:  # the videos have 60 Hz
-                frame.to_image().resize(SIZE).save(file, "JPEG", quality=88)
+                frame.reformat(*SIZE, interpolation="AREA").to_image().save(file, "JPEG", quality=88)
     return out
 
 

@@ -117,7 +117,7 @@ def test_a_video_is_in_step_and_outlives_its_page(studio, chromium, tmp_path):  
 def test_the_operator_asks_all_phones_for_video(studio, chromium):  # noqa: F811
     """And it stays so on the page, which asks the server."""
     url, http, sessions = studio
-    with phone(chromium) as one, quiet_page(chromium) as page:
+    with quiet_page(chromium) as page:
         for ticked in (False, True):
             page.goto(url)
             page.get_by_role("button", name="Other cameras").click()
@@ -126,6 +126,7 @@ def test_the_operator_asks_all_phones_for_video(studio, chromium):  # noqa: F811
             page.locator("#phones-video").check()
             expect(page.locator("#phones-video")).to_be_enabled()
             wait_until(lambda: http.get("/phones/video").json()["keep"], "the server knows it")
+    with phone(chromium) as one:
         one.start(f"{url}/phone", "stand")
         expect(one.page.locator("#video-kept")).to_contain_text("The studio keeps video")
         one.sends(3)
