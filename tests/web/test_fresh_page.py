@@ -124,12 +124,35 @@ def performing(url: str) -> Iterator[None]:
         thread.join()
 
 
-@pytest.fixture
-def server(tmp_path: Path) -> Iterator[ServerProcess]:
+@contextmanager
+def calibrated_server(folder: Path) -> Iterator[ServerProcess]:
     """A server with the calibration of two cameras."""
-    save_stage_calibration(tmp_path / "sessions", NAMES)
-    with server_process(tmp_path / "sessions") as process:
+    save_stage_calibration(folder / "sessions", NAMES)
+    with server_process(folder / "sessions") as process:
         yield process
+
+
+@pytest.fixture
+def own_server(tmp_path: Path) -> Iterator[ServerProcess]:
+    """A server for a test that changes its calibration."""
+    with calibrated_server(tmp_path) as process:
+        yield process
+
+
+@pytest.fixture(scope="module")
+def one_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
+    """A server for all tests that change nothing of what it keeps."""
+    with calibrated_server(tmp_path_factory.mktemp("one")) as process:
+        yield process
+
+
+@pytest.fixture
+def server(one_server: ServerProcess) -> ServerProcess:
+    """The server, which runs also where the test before has killed it."""
+    assert one_server.process is not None
+    if one_server.process.poll() is not None:
+        one_server.start()
+    return one_server
 
 
 def place_other_cameras(sessions: Path) -> None:
@@ -139,7 +162,8 @@ def place_other_cameras(sessions: Path) -> None:
 
 
 @pytest.mark.lively
-def test_the_view_comes_back_with_a_server_that_was_killed(server: ServerProcess, page: Page) -> None:
+def test_the_view_comes_back_with_a_server_that_was_killed(own_server: ServerProcess, page: Page) -> None:
+    server = own_server
     page.add_init_script(NODES)
     page.set_viewport_size({"width": 640, "height": 480})  # few pixels, which are drawn all the time
     page.goto(server.url)
