@@ -16,13 +16,15 @@ from studio.web import ViewHandle
 from studio.web.scene.drawing import Wanted
 from studio.web.scene.palette import CAMERA_COLOURS, camera_colours, confidence_colours
 from tests import patient
+from tests.web.browser import LIVELY_MS
 from tests.web.stages import CAMERAS, FakeStage, step, until
 
 pytestmark = pytest.mark.lively
 
 
 def pixels(page: Page) -> np.ndarray:
-    """The page as it looks, shape (height, width, 3)."""
+    """The page as it looks once it is drawn anew, shape (height, width, 3)."""
+    page.wait_for_timeout(LIVELY_MS)
     with Image.open(io.BytesIO(page.screenshot())) as picture:
         return np.asarray(picture.convert("RGB")).astype(int)
 
@@ -31,7 +33,7 @@ def open_stage(page: Page, address: str) -> np.ndarray:
     """Open the view with nobody on it; return how it looks."""
     page.goto(f"{address}/viewer/")
     page.wait_for_selector("canvas")
-    until(lambda: len(np.unique(pixels(page).reshape(-1, 3), axis=0)) > 200)
+    until(lambda: len(np.unique(pixels(page) @ [1 << 16, 1 << 8, 1])) > 200)  # so many colours
     last = pixels(page)
 
     def at_rest() -> bool:
