@@ -35,29 +35,33 @@ ON_TERMINALS = (
 
 
 @cache
-def sources() -> dict[Path, ast.Module]:
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(HERE.rglob("*.py"))}
+def nodes() -> list[tuple[Path, ast.Call | ast.ClassDef]]:
+    """Every call and every class in the program."""
+    return [
+        (path, node)
+        for path in sorted(HERE.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call | ast.ClassDef)
+    ]
 
 
 @cache
 def errors() -> set[str]:
     """Names of `StudioError` and of all that derive from it."""
-    classes = [
-        node for tree in sources().values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
-    ]
+    classes = [node for _, node in nodes() if isinstance(node, ast.ClassDef)]
+    bases = {one: {ast.unparse(base) for base in one.bases} for one in classes}
     found, before = {"StudioError"}, 0
     while len(found) > before:
         before = len(found)
-        found |= {one.name for one in classes if any(ast.unparse(base) in found for base in one.bases)}
+        found |= {one.name for one in classes if bases[one] & found}
     return found
 
 
 def calls(names: set[str]) -> Iterator[tuple[Path, ast.Call]]:
     """Every call of these functions or classes in the program."""
-    for path, tree in sources().items():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in names:
-                yield path, node
+    for path, node in nodes():
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in names:
+            yield path, node
 
 
 def is_text(node: ast.expr) -> bool:

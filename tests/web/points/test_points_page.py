@@ -18,6 +18,7 @@ from studio.web.scene.palette import CAMERA_COLOURS, confidence_colours
 from studio.wire import Message, depth_image, preview_array, preview_image
 from tests import patient
 from tests.api.camera import Camera
+from tests.web.browser import LIVELY_MS
 from tests.web.points.depth_takes import CAMERAS, DAMAGED, GAP, calibration, images, stage, take_with_depth
 from tests.web.stages import serving, until
 from tests.web.test_page import studio
@@ -41,7 +42,8 @@ def address(tmp_path: Path) -> Iterator[str]:
 
 
 def coloured(page: Page, rgb: tuple[int, int, int]) -> int:
-    """How many pixels of the 3D view have about this colour, where nothing lies over it."""
+    """How many pixels of the 3D view have about this colour, where nothing lies over it, once it is drawn anew."""
+    page.wait_for_timeout(LIVELY_MS)
     with Image.open(io.BytesIO(page.locator("#viewer").screenshot())) as shot:
         pixels = np.asarray(shot.convert("RGB"), dtype=float)[: -OVER_PX[1], OVER_PX[0] :]
     near = np.abs(pixels - rgb).max(axis=2) < 40
