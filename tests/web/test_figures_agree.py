@@ -22,6 +22,7 @@ from studio.take.folder.take import Take
 from tests import patient
 from tests.commands.program import studio as command
 from tests.poses_factory import make_poses
+from tests.web.playback.takes import add_picture
 from tests.web.stages import until
 from tests.web.test_page import serving, studio
 
@@ -110,6 +111,7 @@ def case(tmp_path: Path) -> Iterator[Case]:
     take.meta["recording"] = "done"
     take.save_meta()
     write_solve(take, "studio", settings=preset("studio"), poses=solved(truth), metrics={}, trace=None)
+    add_picture(take)
     reference = tmp_path / "truth.csv"
     rows = [",".join(["time_s", *(f"{joint}_{axis}" for joint in CANONICAL for axis in "xyz")])]
     for time_s, joints in zip(truth.time_s, canonical_positions(truth), strict=True):

@@ -8,6 +8,7 @@ from studio.take.folder.take import Take
 from studio.take.raw.frames import RawWriter
 from studio.wire import encode
 from tests.live.performer import calibration, frame, hello
+from tests.web.playback.takes import add_picture
 
 CAMERAS = ["camera_0", "camera_1"]
 
@@ -29,4 +30,5 @@ def solved_take(path: Path) -> Take:
     take.meta["recording"] = "done"
     take.add_calibration(calibration(CAMERAS), use=True)
     solve_take(take, preset("studio"), name="studio")
+    add_picture(take)
     return take

@@ -19,7 +19,7 @@ from tests import poses_factory
 FRAMES = 121
 
 
-def _add_picture(take: Take) -> None:
+def add_picture(take: Take) -> None:
     """Give a take a picture, so that its server starts no process that draws one."""
     picture = picture_of(take.path)
     picture.parent.mkdir(exist_ok=True)
@@ -50,7 +50,7 @@ def take_with_solves(path: Path, *, seed: int = 0, picture: bool = True) -> Take
     for name, kept in (("studio", trace), ("live", None)):
         write_solve(take, name, settings=preset("studio"), poses=poses, metrics={}, trace=kept)
     if picture:
-        _add_picture(take)
+        add_picture(take)
     return take
 
 
@@ -78,5 +78,5 @@ def take_of_two(path: Path, *, solves: tuple[str, ...] = ("studio",)) -> Take:
     }
     for name in solves:
         write_performers(take, name, settings=preset("studio"), performers=performers, metrics={})
-    _add_picture(take)
+    add_picture(take)
     return take

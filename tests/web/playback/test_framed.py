@@ -16,6 +16,7 @@ from studio.take.folder.solves import write_solve
 from studio.take.folder.take import Take
 from tests import patient
 from tests.poses_factory import make_poses
+from tests.web.playback.takes import add_picture
 from tests.web.stages import serving, until
 from tests.web.test_page import studio
 
@@ -32,6 +33,7 @@ def address(tmp_path: Path) -> Iterator[str]:
     still = np.tile([1.0, 0.0, 0.0, 0.0], (FRAMES, len(OUTPUT_JOINTS), 1))
     poses = make_poses(still, root_m=np.linspace([-1.0, 0.5, 0.94], [1.0, 0.5, 0.94], FRAMES))
     write_solve(take, "studio", settings=preset("studio"), poses=poses, metrics={})
+    add_picture(take)
     with studio(tmp_path) as (app, _), serving(app) as url:
         yield url
 

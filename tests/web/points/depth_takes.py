@@ -22,6 +22,7 @@ from studio.take.raw.frames import RawWriter
 from studio.take.raw.records import intrinsics_of
 from studio.wire import PROTOCOL_VERSION, Hello, depth_image, encode
 from tests.poses_factory import make_poses
+from tests.web.playback.takes import add_picture
 
 CAMERAS = ("camera_0", "camera_1")
 COUNT = 24
@@ -103,4 +104,5 @@ def take_with_depth(path: Path, *, calibrated: bool = True, solved: bool = True)
         take.add_calibration(calibration(), use=True)
     if solved:
         write_solve(take, "studio", settings=preset("studio"), poses=poses(), metrics={})
+    add_picture(take)
     return take

@@ -21,6 +21,7 @@ from tests.take.video_takes import (
     number_in,
     take_with_video,
 )
+from tests.web.playback.takes import add_picture
 from tests.web.stages import until
 from tests.web.test_page import serving, studio
 
@@ -60,7 +61,9 @@ COLOURS = """(canvas) => {
 
 @pytest.fixture
 def take(tmp_path) -> Take:
-    return take_with_video(tmp_path / "sessions" / "monday" / "one")
+    take = take_with_video(tmp_path / "sessions" / "monday" / "one")
+    add_picture(take)
+    return take
 
 
 @pytest.fixture
