@@ -1,8 +1,8 @@
-"""Live stages whose pipelines begin at once."""
+"""Live stages whose pipelines and works begin at once."""
 
 import pytest
 
 
 @pytest.fixture(scope="session", autouse=True)
-def begins_quickly(ready_pipeline: None) -> None:
+def begins_quickly(ready_pipeline: None, ready_worker: None) -> None:
     """No test waits for what a process loads once."""

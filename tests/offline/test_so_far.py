@@ -22,7 +22,7 @@ from tests.engine.seeing.cameras.given_cameras import watched
 from tests.engine.seeing.cameras.hands_at_body import short_washing
 from tests.offline.depth_takes import depth_take
 
-SECONDS, PART_S = 2.8, 1.2
+SECONDS, PART_S = 2.2, 0.9
 PERFORMER = performer_of(shape_of_height(1.75))
 
 
