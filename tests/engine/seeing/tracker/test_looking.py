@@ -17,7 +17,7 @@ from tests.engine.seeing.tracker.scenes import simulated
 @pytest.fixture(scope="module")
 def scene():
     """Somebody before three cameras, who is gone for a while and comes back."""
-    cameras, placed, sets, _ = simulated(arms_crossed(), cameras=3, end_s=0.4)
+    cameras, placed, sets, _ = simulated(arms_crossed(), cameras=3, end_s=0.3)
     last = sets[-1]
 
     def later(images, k, depth_mm=None):
