@@ -48,8 +48,15 @@ def solved(take: Take, preset: str = "studio", edits=()) -> tuple[Poses, dict]:
 
 
 @pytest.fixture(scope="module")
-def clean(take) -> Poses:
-    return solved(take)[0]
+def plain(take) -> tuple[Poses, Trace]:
+    """The solve without edits, and what it kept of its way."""
+    folder = solve_take(take, parse_settings("studio"), name="plain", to_disk=False)
+    return Poses.load(folder / "poses.npz"), Trace.load(folder / "trace.npz")
+
+
+@pytest.fixture(scope="module")
+def clean(plain) -> Poses:
+    return plain[0]
 
 
 def with_lost_wrist(take: Take, path: Path) -> dict[str, list[CameraFrame]]:
@@ -170,10 +177,8 @@ def test_a_look_reads_nothing_that_was_read_before(take, clean, monkeypatch, fir
     np.testing.assert_array_equal(look().positions_m, before.positions_m)
 
 
-def test_each_event_has_a_cause_and_an_edit(take):
-    folder = solve_take(take, parse_settings("studio"), name="events", to_disk=False)
-    poses, trace = Poses.load(folder / "poses.npz"), Trace.load(folder / "trace.npz")
-    found = offers(poses, trace, start_s=take.meta["calibration_s"])
+def test_each_event_has_a_cause_and_an_edit(take, plain):
+    found = offers(*plain, start_s=take.meta["calibration_s"])
     assert found and all(one.why and one.edits for one in found)
     for one in found:
         assert one.camera in (None, "camera_0", "camera_1") and one.off_mm >= 0.0
