@@ -19,7 +19,7 @@ from tests.engine.seeing.cameras.given_cameras import HZ, a_little_off, apart_m,
 from tests.engine.seeing.cameras.hands_at_body import short_washing
 from tests.offline.depth_takes import depth_take
 
-SECONDS, BRIEF_S = 3.0, 0.5
+SECONDS, BRIEF_S = 2.4, 0.5
 CAMERAS = ("camera_0", "camera_1")
 
 
