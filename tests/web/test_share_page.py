@@ -45,6 +45,16 @@ def test_the_file_plays_without_a_network(page: Page, tmp_path: Path) -> None:
     assert [url for url in asked if not url.startswith(("file:", "blob:"))] == []
 
 
+def test_every_button_has_its_name_before_the_first_picture(page: Page, tmp_path: Path) -> None:
+    file = tmp_path / "walk.html"
+    file.write_bytes(replay_page(random_poses(np.random.default_rng(1), seconds=1.0), title="Walk"))
+    page.add_init_script("window.requestAnimationFrame = () => {};")
+    page.goto(file.as_uri())
+    expect(page.locator("body")).to_have_attribute("data-ready", "")
+    expect(page.locator("#play")).to_have_attribute("aria-label", "Pause (Space)")
+    expect(page.locator("#play path")).not_to_have_attribute("d", "")
+
+
 def test_a_part_counts_on_the_clock_of_the_performance(page: Page, tmp_path: Path) -> None:
     file, poses = tmp_path / "part.html", random_poses(np.random.default_rng(1), seconds=2.0)
     file.write_bytes(replay_page(poses, title="Walk", start_s=0.5, end_s=1.5))

@@ -23,6 +23,11 @@ function press(id, on) {
   byId(id).setAttribute("aria-pressed", String(on));
 }
 
+function showPlaying(playing) {
+  byId("play").querySelector("path").setAttribute("d", playing ? ICONS.pause : ICONS.play);
+  name("play", playing ? "shared.pause" : "shared.play");
+}
+
 /** Show where the player is; only what differs is touched. */
 function listener() {
   let shown = null;
@@ -33,8 +38,7 @@ function listener() {
     byId("time").textContent = `${clock(begins + seconds)} / ${clock(begins + duration)}`;
     if (shown === playing) return;
     shown = playing;
-    byId("play").querySelector("path").setAttribute("d", playing ? ICONS.pause : ICONS.play);
-    name("play", playing ? "shared.pause" : "shared.play");
+    showPlaying(playing);
   };
 }
 
@@ -71,6 +75,7 @@ function label() {
     byId(id).title = t(`shared.${id}_hint`);
   }
   byId("stage").setAttribute("aria-label", t("shared.stage"));
+  showPlaying(true); // as it begins; the first picture may take a while
 }
 
 /** Begin with the motion, a GLB file. */
