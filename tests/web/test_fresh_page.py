@@ -163,19 +163,18 @@ def place_other_cameras(sessions: Path) -> None:
 
 @pytest.mark.lively
 def test_the_view_comes_back_with_a_server_that_was_killed(own_server: ServerProcess, page: Page) -> None:
-    server = own_server
     page.add_init_script(NODES)
     page.set_viewport_size({"width": 640, "height": 480})  # few pixels, which are drawn all the time
-    page.goto(server.url)
+    page.goto(own_server.url)
     page.locator("#theme").focus()  # the focus is on the page, not in the 3D view
-    with performing(server.url):
+    with performing(own_server.url):
         expect(page.locator("#cameras .health")).to_have_text(["Good"] * 2)
         eventually(page, lambda: "/cameras/camera_1" in nodes(page), "the cameras are drawn")
         eventually(page, lambda: moves(page), "somebody moves")
         assert "/cameras/camera_4" not in nodes(page)
         assert page.evaluate(GREEN) != []
         began = time.monotonic()
-        server.kill()
+        own_server.kill()
         expect(page.locator("#curtain")).to_contain_text("Not live since")
         expect(page.locator("#cameras .health")).to_have_text(["Unknown"] * 2)
         assert page.evaluate(GREEN) == []
@@ -183,8 +182,8 @@ def test_the_view_comes_back_with_a_server_that_was_killed(own_server: ServerPro
         expect(page.locator("#timer")).to_have_text("–")
         expect(page.locator("#disk")).to_have_text("–")
         assert "grayscale" in page.locator("#viewer").evaluate("e => getComputedStyle(e).filter")
-        place_other_cameras(server.sessions)
-        server.start()
+        place_other_cameras(own_server.sessions)
+        own_server.start()
         began = time.monotonic()
         expect(page.locator("#curtain")).to_be_hidden()
         show_times("started again: the view is of now after", time.monotonic() - began)

@@ -11,14 +11,6 @@ def transform_points(T: NDArray[np.float64], points: NDArray[np.float64]) -> NDA
     return points @ T[:3, :3].T + T[:3, 3]
 
 
-_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
-
-
-def cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a x b, shapes (..., 3). `np.cross` gives the same and takes five times as long for one frame."""
-    return a[..., _NEXT] * b[..., _AFTER] - a[..., _AFTER] * b[..., _NEXT]
-
-
 def make_transform(rotation: NDArray[np.float64], translation: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return the 4x4 transform of a 3x3 rotation and a translation [m]."""
     T = np.eye(4)
@@ -122,6 +114,14 @@ def matrices(quaternions_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
 
     m = Rotation.from_quat(quaternions_wxyz.reshape(-1, 4), scalar_first=True).as_matrix()
     return m.reshape(*quaternions_wxyz.shape[:-1], 3, 3)
+
+
+_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
+
+
+def cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a x b, shapes (..., 3). `np.cross` gives the same and takes five times as long for one frame."""
+    return a[..., _NEXT] * b[..., _AFTER] - a[..., _AFTER] * b[..., _NEXT]
 
 
 def unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -105,7 +105,8 @@ def _turned_deg(
     reach = int(steps.max())
     if count <= 2 * reach:
         return out
-    trace_least, flat = np.full((count - 2 * reach, joints), 3.0), rotations.reshape(count, joints, 9)
+    flat = rotations.reshape(count, joints, 9)  # the trace of a.T @ b is their inner product
+    trace_least = np.full((count - 2 * reach, joints), 3.0)
     for step in steps:
         there = flat[reach + step : count - reach + step]
         trace_least = np.minimum(trace_least, np.vecdot(flat[reach : count - reach], there))
