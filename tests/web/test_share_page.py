@@ -16,6 +16,17 @@ from tests.web.test_page import serving, studio
 
 pytestmark = pytest.mark.browser
 
+RESTS = """async () => {
+  const { drawn } = document.body.dataset;
+  for (let frame = 0; frame < 3; frame += 1) await new Promise((next) => { requestAnimationFrame(next); });
+  return drawn !== undefined && drawn === document.body.dataset.drawn;
+}"""
+LOSES_ITS_PICTURES = """() => {
+  const context = document.querySelector("canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
+  context.loseContext();
+  setTimeout(() => context.restoreContext(), 100);
+}"""
+
 
 def test_the_file_plays_without_a_network(page: Page, tmp_path: Path) -> None:
     file = tmp_path / "walk.html"
@@ -64,6 +75,24 @@ def test_a_part_counts_on_the_clock_of_the_performance(page: Page, tmp_path: Pat
     page.keyboard.press("Home")
     expect(page.locator("#time")).to_have_text("0:00.50 / 0:01.50")
     expect(page.locator("#time")).to_have_attribute("title", "Time since the performance began")
+
+
+def test_a_paused_replay_rests_until_there_is_another_picture(page: Page, tmp_path: Path) -> None:
+    file = tmp_path / "walk.html"
+    file.write_bytes(replay_page(random_poses(np.random.default_rng(1), seconds=1.0), title="Walk"))
+    page.goto(file.as_uri())
+    expect(page.locator("body")).to_have_attribute("data-ready", "")
+    page.keyboard.press("f")  # a view that follows arrives seconds later
+    page.keyboard.press("Home")
+    for change in (
+        lambda: page.keyboard.press("End"),
+        lambda: page.set_viewport_size({"width": 390, "height": 844}),
+        lambda: page.evaluate(LOSES_ITS_PICTURES),
+    ):
+        until(lambda: page.evaluate(RESTS))
+        drawn = int(page.locator("body").get_attribute("data-drawn") or 0)
+        change()
+        expect(page.locator("body")).not_to_have_attribute("data-drawn", str(drawn))
 
 
 def test_a_link_opens_the_replay_and_reaches_nothing_else(page: Page, tmp_path: Path) -> None:

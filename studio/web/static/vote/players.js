@@ -12,6 +12,7 @@ const FRAMES = 12; // over so many
 const LOOK_HEIGHT = 0.9;
 const VIEW_FROM = new THREE.Vector3(0.8, 0.5, 3.9);
 const SOFTNESS = 0.06;
+const NEAR_M = 0.001; // a step that nobody sees: the view has arrived
 const HIPS = /^Hips(_\d+)?$/; // of further performers in the file they are numbered
 
 class Stage {
@@ -64,7 +65,9 @@ export class Players {
     this.loop = true;
     this.following = true;
     this.drawn = 0;
-    this.measured = 0;
+    this.shown = "";
+    this.measured = null;
+    this.timed = 0;
     this.ratio = Math.min(window.devicePixelRatio, MAX_RATIO);
     this.camera = new THREE.PerspectiveCamera(36, 1, 0.05, 60);
     this.target = this.middle();
@@ -77,6 +80,9 @@ export class Players {
       });
       controls.update();
     }
+    for (const stage of stages) {
+      stage.canvas.addEventListener("webglcontextrestored", () => { this.shown = ""; });
+    }
     this.last = performance.now();
     this.running = true;
     requestAnimationFrame((now) => this.step(now));
@@ -87,12 +93,27 @@ export class Players {
     if (this.playing) this.advance(((now - this.last) / 1000) * this.speed);
     this.last = now;
     if (this.following) this.follow();
+    if (this.changes()) this.draw(now);
+    else this.measured = null;
+    this.listen(this.seconds / this.duration, this.playing, this.seconds, this.duration);
+    requestAnimationFrame((next) => this.step(next));
+  }
+
+  /** Whether the picture is another one than the last: while nothing moves, a phone rests. */
+  changes() {
+    const { position, quaternion } = this.camera;
+    const sizes = this.stages.flatMap(({ canvas }) => [canvas.clientWidth, canvas.clientHeight]);
+    const shown = [this.seconds, this.ratio, ...position, ...quaternion, ...sizes].join();
+    if (shown === this.shown) return false;
+    this.shown = shown;
+    return true;
+  }
+
+  draw(now) {
     this.adapt(now);
     for (const stage of this.stages) stage.draw(this.camera, this.seconds, this.ratio);
     this.drawn += 1;
     document.body.dataset.drawn = String(this.drawn);
-    this.listen(this.seconds / this.duration, this.playing, this.seconds, this.duration);
-    requestAnimationFrame((next) => this.step(next));
   }
 
   /** Go on by so much time [s]: round and round, or up to the end. */
@@ -104,16 +125,18 @@ export class Players {
 
   /** Draw fewer pixels where the machine is slow: steady motion is judged here, not sharpness. */
   adapt(now) {
-    if (this.drawn % FRAMES !== 0) return;
+    this.timed = this.measured === null ? 0 : this.timed + 1;
+    if (this.timed % FRAMES !== 0) return;
     const took = (now - this.measured) / FRAMES;
     this.measured = now;
-    if (this.drawn > 0 && took > SLOW_MS) this.ratio = Math.max(this.ratio * 0.8, MIN_RATIO);
+    if (this.timed > 0 && took > SLOW_MS) this.ratio = Math.max(this.ratio * 0.8, MIN_RATIO);
   }
 
   /** Go along with the middle between the performers, so that none walks out of the picture. */
   follow() {
     const middle = this.middle();
-    const shift = middle.clone().sub(this.target).multiplyScalar(SOFTNESS);
+    const shift = middle.clone().sub(this.target);
+    if (shift.length() > NEAR_M) shift.multiplyScalar(SOFTNESS);
     this.target.add(shift);
     this.camera.position.add(shift);
     for (const controls of this.controls) controls.target.add(shift);
