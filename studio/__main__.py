@@ -13,9 +13,10 @@ from importlib import metadata
 from studio.commands.common import spread_settings
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.base.sentences import Said
+from studio.engine.base.system import leave_out_windows
 
 ERRORS = "STUDIO_ERRORS"
-"""Environment variable; `json` makes an error that has a code a line of JSON, for the server's own clients."""
+"""Environment variable; `json` prints an error that has a code as a line of JSON, for the server's own clients."""
 
 COMMANDS = {
     "serve": "stage.serve",
@@ -81,7 +82,9 @@ def main(argv: list[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     if not arguments or (arguments[0].startswith("-") and arguments[0] not in ("-h", "--help", "--version")):
         arguments = ["serve", "--demo-on-first-run", *arguments]
-    try:  # loading the commands takes a second or two, in which Ctrl-C may come
+    if argv is None and arguments[0] != "robot":  # this process is the command's own; robots are drawn by MuJoCo
+        leave_out_windows()
+    try:  # loading the commands takes a second or two, in which Ctrl-C may arrive
         return _run(make_parser().parse_args(spread_settings(arguments)))
     except KeyboardInterrupt:
         return 130
@@ -103,7 +106,7 @@ def _run(args: argparse.Namespace) -> int:
 
 
 def _fail(command: str, error: Exception, code: int) -> int:
-    """Write the error on one line of standard error, where `STUDIO_ERRORS` is `json` with its code."""
+    """Write the error on one line of standard error, with its code if `STUDIO_ERRORS` is `json`."""
     text = " ".join(str(error).split()) or type(error).__name__
     said = error.sentence if isinstance(error, StudioError) else text
     if isinstance(said, Said) and os.environ.get(ERRORS) == "json":

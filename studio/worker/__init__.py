@@ -2,8 +2,8 @@
 
 A process takes seconds to load the code of a solve (`begin` says how). `warm_up` keeps a process ready. The next work
 runs in it, and afterwards it waits for more, unless it has grown large or failed; then another process replaces it.
-Meanwhile new work runs in a copy. Where processes are not copied, it waits for the process while that runs short
-work, because loading a second one costs more.
+While it is busy, new work runs in a copy. Where processes are not copied, new work waits for it while it runs short
+work, because loading a second process costs more.
 
 The server names the function as a text, `studio.package.module:function`; only the process imports the module.
 """
@@ -44,8 +44,8 @@ _soon_back: set[Worker] = set()
 
 
 def warm_up(after_s: float = 0.0) -> None:
-    """Keep a process ready; returns at once. It is begun after `after_s` [s], or with the first work: loading takes a
-    core for seconds."""
+    """Keep a process ready; returns at once. It is begun after `after_s` [s], or with the first work, because loading
+    keeps a core busy for seconds."""
     global _warm
     with _changed:
         _warm = True

@@ -1,7 +1,7 @@
 """The beginning of processes for work: copies of one that has loaded the code of a solve, or new ones.
 
 Linux copies a process with all its memory in milliseconds (Python's fork server). The libraries of macOS do not work
-in copies, and Windows has none. There every process begins anew and loads the code itself, which takes 1.5 s of
+in copies, and Windows has none. There every process starts empty and loads the code itself, which takes 1.5 s of
 computing, or 3 s with what is slow at its first call.
 """
 
@@ -20,7 +20,7 @@ from studio.worker.process import work
 _log = logging.getLogger(__name__)
 
 COPIES = sys.platform == "linux"
-"""Whether this system copies processes; no longer once it failed to."""
+"""Whether this system copies processes; False after a copy has failed."""
 
 _has_copied = False
 

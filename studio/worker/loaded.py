@@ -8,15 +8,17 @@ import logging
 import signal
 
 from studio.engine.base.loading import loading
+from studio.engine.base.system import leave_out_windows
 
 MODULES = ("studio.offline.replay", "studio.engine.animation.export", "studio.offline.warming")
 """What is imported; `prepare` of those that have one is called."""
 
+leave_out_windows()
 signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends this process
 
 with loading():
     for _name in MODULES:
         try:
             getattr(importlib.import_module(_name), "prepare", lambda: None)()
-        except Exception:  # boundary of the process: what it cannot prepare, its works load themselves
+        except Exception:  # boundary of the process: its works load what it could not prepare
             logging.getLogger(__name__).exception("%s could not be loaded in advance", _name)

@@ -16,7 +16,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from studio.engine.base.errors import StudioError
-from studio.engine.base.system import lower_priority, peak_memory_bytes
+from studio.engine.base.system import leave_out_windows, lower_priority, peak_memory_bytes
 
 NICENESS = 10
 """Niceness of background work, because recording and the live stage have priority."""
@@ -58,7 +58,7 @@ def _leave(*_: object) -> None:
 
 
 def _may_have_children() -> None:
-    """Let the work start processes itself, which those that end with the server may not; theirs end with them."""
+    """Let the work start processes, which a process that ends with the server may not; they end with it."""
     config: dict[str, Any] = vars(multiprocessing.current_process())["_config"]
     config["daemon"] = False
 
@@ -69,10 +69,11 @@ def work(connection: Connection, loaded: bool, gives_way: bool | None, environme
     Args:
         loaded: first load the code of a solve.
         gives_way: from the start; False: once work has computed for long; None: never.
-        environment: the server's; a copied process has that of a server that has just begun.
+        environment: the server's; a copied process has the one from the server's start.
     """
     os.environ.clear()
     os.environ.update(environment)
+    leave_out_windows()
     _may_have_children()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its workers
     if _INTERRUPTION is not None:
@@ -104,8 +105,8 @@ def work(connection: Connection, loaded: bool, gives_way: bool | None, environme
 
 @contextmanager
 def _giving_way(tell: Callable[[str, Any, bool], None], may: bool) -> Iterator[threading.Event]:
-    """Once the work in the block has computed for long, report it and lower this process's priority for good; the
-    event is set then.
+    """Report when the work in the block has computed for long, and lower this process's priority for good; the event
+    is set then.
     """
     done, gave_way = threading.Event(), threading.Event()
     until_s = time.process_time() + (_SHORT_S if may else math.inf)

@@ -23,7 +23,7 @@ def run_several(
     Args:
         function: as for `run_in_process`, with a keyword `progress`.
         works: its arguments by name.
-        processes: at most so many at once.
+        processes: maximum number at once.
         progress: receives the share done of all; what it raises ends all processes.
 
     Raises:
@@ -55,7 +55,7 @@ def run_several(
         error for work in running.values() if not work.cancelled() and (error := work.exception()) is not None
     ]
     for error in sorted(broken, key=lambda error: isinstance(error, Stopped)):
-        raise error  # what went wrong first, before what was stopped for it
+        raise error  # the first failure, not the works that were stopped for it
     return {name: work.result() for name, work in running.items()}
 
 

@@ -48,6 +48,14 @@ def hold(path: Path) -> int | None:
     return handle
 
 
+def leave_out_windows() -> None:
+    """Import MuJoCo without its libraries for windows and pictures: they start one more process at each import.
+
+    It must be called before MuJoCo is imported. A `MUJOCO_GL` that is set already stays.
+    """
+    os.environ.setdefault("MUJOCO_GL", "disable")
+
+
 def lower_priority(niceness: int) -> None:
     """Lower the priority of this process where the system can; in a process with threads, that of the main thread."""
     if hasattr(os, "setpriority"):
