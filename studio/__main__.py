@@ -82,7 +82,7 @@ def main(argv: list[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     if not arguments or (arguments[0].startswith("-") and arguments[0] not in ("-h", "--help", "--version")):
         arguments = ["serve", "--demo-on-first-run", *arguments]
-    if argv is None and arguments[0] != "robot":  # this process is the command's own; robots are drawn by MuJoCo
+    if argv is None and arguments[0] != "robot":  # of its own process; MuJoCo draws robots
         leave_out_windows()
     try:  # loading the commands takes a second or two, in which Ctrl-C may arrive
         return _run(make_parser().parse_args(spread_settings(arguments)))

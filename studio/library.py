@@ -1,6 +1,6 @@
 """The studio for programs: the functions of `import studio` for whole takes.
 
-A take is opened, made or imported; it is calibrated, solved with settings, measured, exported. The files are the
+A take is opened, made or imported, then calibrated, solved with settings, measured and exported. The files are the
 same as those of the command line. Single frames go through `studio.Stream` or `studio.Pipeline`.
 """
 
@@ -53,13 +53,13 @@ def import_take(
         out: folder of the new take; it must not exist.
         unit_m: metres per unit of an animation that has no unit; None = by a height of 1.75 m.
         model: finds the landmarks in videos: `lite`, `full`, `heavy`, or a file; None = `full`.
-        hands: look for the hands in videos too.
-        sync: brings videos to one clock: `auto`, `audio`, `clap`, `timecode`, `motion`, `none`; None = `auto`.
-        clap_at_s: about when a clap is heard in a camera's video [s]; the name "" is for all others.
+        hands: also find the hands in videos.
+        sync: synchronises videos: `auto`, `audio`, `clap`, `timecode`, `motion`, `none`; None = `auto`.
+        clap_at_s: approximate time of a clap in a camera's video [s]; the name "" is for all others.
         progress: receives the share done.
 
     Raises:
-        FormatError: nothing that can be read, or videos that `sync` cannot bring to one clock.
+        FormatError: nothing that can be read, or videos that `sync` cannot synchronise.
         TakeError: `out` exists.
     """
     from studio.take.importers import import_recording
@@ -77,7 +77,7 @@ def import_take(
 
 
 def simulate(motion: PathText | Sequence[PathText], out: PathText, **options: Any) -> Take:
-    """Return a new take of simulated cameras that watch a motion, with the truth beside it, `<out>.truth.csv`.
+    """Return a new take of simulated cameras that watch a motion, with the ground truth, `<out>.truth.csv`.
 
     Args:
         motion: an animation file, or `demo`, the embedded performer; several for as many performers.
@@ -111,13 +111,13 @@ def calibrate(
     Args:
         take: with raw frames.
         reference: the camera whose clock is the stage clock; None = the first.
-        height_m: the performer's, without shoes; where no camera sees depth it gives the size of the stage (1.75 in
-            shoes where None).
-        lenses: what is known of the lenses of cameras without depth.
-        same_lens: all of those whose lens is not known have one focal length.
+        height_m: the performer's, without shoes; where no camera sees depth it sets the size of the stage (None =
+            1.75 in shoes).
+        lenses: known parameters of the lenses of cameras without depth.
+        same_lens: all of these cameras with unknown lenses have one focal length.
         readouts_ms: of cameras without depth, the time in which each reads a picture, first row to last [ms].
-        board: in the take's videos; gives such cameras the size and, on the floor, floor and origin. As `--board`
-            takes it: `charuco:5x7:60:45` (squares and markers in mm) or `apriltag:160`.
+        board: in the take's videos; sets the size for these cameras and, on the floor, also floor and origin. As for
+            `--board`: `charuco:5x7:60:45` (squares and markers in mm) or `apriltag:160`.
         progress: receives the share done.
 
     Raises:
@@ -171,7 +171,7 @@ def solve(
 ) -> Poses:
     """Return the poses of a take, solved from its raw frames; they are stored as `solves/<name>`.
 
-    Of several performers the first one's are returned; `load_poses` has those of all.
+    With several performers, the first one's are returned; `load_poses` returns those of any.
 
     Args:
         take: with raw frames and a calibration.
@@ -233,7 +233,7 @@ def evaluate(
         align_time: the reference has its own clock, whose offset and drift are estimated.
         align: `rigid`, or `similarity` (the size too).
         unit_m: metres per unit of a BVH; None = by a height of 1.75 m.
-        performer: of several whose motion the reference is; None = the first one's.
+        performer: with several, the performer whose motion the reference has; None = the first one.
         progress: receives the share done.
 
     Raises:
@@ -293,15 +293,15 @@ def splice(
 ) -> Take:
     """Return a new take of parts of one performer's solves, one after the other; it remembers them.
 
-    The end of each part is blended into the begin of the next, which is turned and moved onto its way; standing feet
+    The end of each part is blended into the begin of the next, which is turned and moved onto its path; standing feet
     stay. Times of the new take begin at 0.
 
     Args:
-        parts: in their order; a take is all of its solve.
+        parts: in their order; a take stands for its whole solve.
         out: folder of the new take; it must not exist.
-        times: how often all parts come; over 1 makes a loop.
-        blend_s: length of each seam; the end of one part and the begin of the next are in it [s].
-        near_s: each begin is moved by up to this, to where it is most like the end before it; 0 = it stays [s].
+        times: number of repetitions of all parts; above 1 makes a loop.
+        blend_s: length of each seam, which covers the end of one part and the begin of the next [s].
+        near_s: largest shift of each begin, to where it is most like the end before it; 0 = no shift [s].
         progress: receives the share done.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Addresses in a network: their form, and what is said where nothing can be heard at one."""
+"""Network addresses: their form, and the error where one cannot be listened to."""
 
 from studio.engine.base.sentences import Said, say, system_says
 
@@ -11,7 +11,7 @@ def is_host(text: str) -> bool:
 
 
 def not_listening(address: str, error: Exception) -> Said:
-    """Return that an address or a device cannot be listened to, and why."""
+    """Return the error for an address or a device that cannot be listened to, with the reason."""
     return say(
         "trigger.not_listening",
         "cannot listen on {address}: {error}",

@@ -1,4 +1,4 @@
-"""Files of what an operator chose, such as triggers or live outputs, so that it holds after a restart."""
+"""Files of an operator's choices, such as triggers or live outputs, so that they survive a restart."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -15,16 +15,16 @@ _Chosen = TypeVar("_Chosen")
 def load_choices(
     path: Path, kind: FileFormat, read: Callable[[dict[str, Any]], _Chosen], default: _Chosen
 ) -> _Chosen:
-    """Return what a file holds; the default without a file.
+    """Return the choice in a file; the default without a file.
 
     Args:
         path: of the file.
         kind: of the file.
-        read: makes of the file's content, without its version, what was chosen; raises what is wrong with it.
-        default: what counts before the first choice.
+        read: converts the file's content, without its version, to the choice; raises if it is wrong.
+        default: the value before the first choice.
 
     Raises:
-        SettingsError: the file cannot be read, or holds what is not allowed.
+        SettingsError: the file cannot be read, or holds a value that is not allowed.
     """
     if not path.is_file():
         return default
@@ -40,7 +40,7 @@ def load_choices(
 
 
 def save_choices(path: Path, kind: FileFormat, value: Mapping[str, Any]) -> None:
-    """Store what was chosen.
+    """Store a choice.
 
     Raises:
         StudioError: the file cannot be written.

@@ -14,9 +14,9 @@ _log = logging.getLogger(__name__)
 class Compiled:
     """A function that numba compiles on its first call. numba itself is imported then, because its import is slow.
 
-    The function releases the GIL. The result is cached beside the source, or else in the user's cache folder. Where
-    neither can be written, each process compiles anew. A compiled function may call only functions of its own module,
-    because the cache does not notice changes in other modules.
+    The function releases the GIL. The result is cached next to the source, or else in the user's cache folder. Where
+    neither can be written, each process compiles again. A compiled function may call only functions of its own
+    module, because the cache does not notice changes in other modules.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:

@@ -1,4 +1,4 @@
-"""The tree of user errors. Each message says what was given, what is allowed and what to do.
+"""The tree of user errors. Each message gives the given value, the allowed ones and the remedy.
 
 StudioError
 ├── SettingsError      an unknown switch or value
@@ -14,7 +14,7 @@ from studio.engine.base.sentences import Said, Value, say
 class StudioError(Exception):
     """An error shown to the user in one line instead of a traceback.
 
-    It is raised with a sentence, or with what `say` makes one of: a code, English and the values in it.
+    It is raised with a sentence, or with the arguments of `say`: a code, English and the values in it.
     """
 
     def __init__(self, sentence: str = "", english: str = "", /, **values: object) -> None:
@@ -22,17 +22,17 @@ class StudioError(Exception):
 
     @property
     def sentence(self) -> str:
-        """What it says; a `Said`, unless another program raised it with a bare text."""
+        """Its text: a `Said`, unless another program raised it with a bare text."""
         return self.args[0] if self.args and isinstance(self.args[0], Said) else str(self)
 
     @property
     def code(self) -> str:
-        """Which sentence it says, such as `take.in_use`; the name of its class if it was raised with a bare text."""
+        """Code of its sentence, such as `take.in_use`; the name of its class if it was raised with a bare text."""
         return getattr(self.sentence, "code", type(self).__name__)
 
     @property
     def values(self) -> dict[str, Value]:
-        """What the sentence was made of, by name."""
+        """The values in the sentence, by name."""
         return getattr(self.sentence, "values", {})
 
 

@@ -1,4 +1,4 @@
-"""What is said of files that cannot be read or written, alike in all rooms."""
+"""Errors for files that cannot be read or written, the same in all rooms."""
 
 from pathlib import Path
 
@@ -6,12 +6,12 @@ from studio.engine.base.sentences import Said, say, system_says
 
 
 def unreadable(path: Path, error: OSError) -> Said:
-    """Return that the system does not let a file be read, and why."""
+    """Return the error for a file that the system does not let be read, with the reason."""
     return say("file.unreadable", "cannot read {path}: {error}", path=path, error=system_says(error))
 
 
 def unreadable_give_other(path: Path, error: OSError) -> Said:
-    """Return the same of a file that the user gave, who can give another."""
+    """Return the same for a file from the user, who can give another one."""
     return say(
         "file.unreadable_give_other",
         "cannot read {path}: {error}; give another file",
@@ -21,12 +21,12 @@ def unreadable_give_other(path: Path, error: OSError) -> Said:
 
 
 def damaged(path: Path, error: object) -> Said:
-    """Return that a file that the studio makes itself is damaged, and to delete it."""
+    """Return the error for a damaged file that the studio makes itself, with the advice to delete it."""
     return say("timecode.damaged", "{path} is damaged: {error}; delete it", path=path, error=error)
 
 
 def too_large(path: Path, most: int) -> Said:
-    """Return that a file has more than `most` bytes, which are all that can be read."""
+    """Return the error for a file of more than `most` bytes, the most that can be read."""
     return say(
         "file.too_large",
         "{path} has {n} bytes; at most {most} can be read",
@@ -37,7 +37,7 @@ def too_large(path: Path, most: int) -> Said:
 
 
 def unwritable(path: Path, error: OSError) -> Said:
-    """Return that the system does not let a file be written, and what helps mostly."""
+    """Return the error for a file that the system does not let be written, with the usual remedy."""
     return say(
         "file.unwritable_free_space",
         "cannot write {path}: {error}; free some space",

@@ -54,7 +54,7 @@ def write_atomically(path: str | os.PathLike[str], *, to_disk: bool = True) -> I
 
 
 def file_stamp(path: Path) -> FileStamp:
-    """Return what tells that a file or folder is another than before; None where there is none."""
+    """Return a stamp that changes whenever a file or folder does; None where there is none."""
     try:
         found = path.stat()
     except OSError:
@@ -82,7 +82,7 @@ def write_json(path: str | os.PathLike[str], value: Any, *, to_disk: bool = True
 
 @cache
 def code_digest(*folders: str) -> str:
-    """Return an identifier of the code in folders, for what is kept: changed code makes other results."""
+    """Return an identifier of the code in folders, for stored results: changed code makes other results."""
     digest = blake2b(digest_size=8)
     for folder in folders:
         for file in sorted(Path(folder).rglob("*.py")):

@@ -91,7 +91,7 @@ def quaternions(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def rotation_xyz(x: float, y: float, z: float) -> NDArray[np.float64]:
-    """Return the 3x3 rotation of three hinges in a row, R(x axis, x) R(y axis, y) R(z axis, z); angles in rad."""
+    """Return the 3x3 rotation of three successive hinges, R(x axis, x) R(y axis, y) R(z axis, z); angles in rad."""
     cx, sx, cy, sy, cz, sz = math.cos(x), math.sin(x), math.cos(y), math.sin(y), math.cos(z), math.sin(z)
     return np.array(
         [

@@ -1,4 +1,4 @@
-"""Loading of much code at the start of a process."""
+"""Faster loading of code at the start of a process."""
 
 import gc
 from collections.abc import Iterator
@@ -7,9 +7,9 @@ from contextlib import contextmanager
 
 @contextmanager
 def loading() -> Iterator[None]:
-    """Collect no garbage while code is loaded, and leave what is loaded out of later collections.
+    """Collect no garbage while code is loaded, and exclude the loaded code from later collections.
 
-    A collection looks at everything that was loaded so far. Without them the server's code is loaded in a sixth less
+    A collection visits everything that was loaded so far. Without collections the server's code loads in a sixth less
     time.
     """
     was = gc.isenabled()

@@ -43,8 +43,8 @@ def normalized(q: Array) -> Array:
 
 
 def blended(a: Array, b: Array, share: float | Array) -> Array:
-    """Return rotations between two, shape (..., 4): a at share 0, b at share 1, on the shorter way; along a straight
-    line that is normalised, so that the speed is not quite even."""
+    """Return rotations between two, shape (..., 4): a at share 0, b at share 1, on the shorter way. The interpolation
+    is linear and normalised, so the speed is not quite even."""
     sign = np.where((a * b).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
     return normalized((1.0 - share) * sign * a + share * b)
 

@@ -1,7 +1,7 @@
-"""Sentences for people that programs can read too: English, with a code and the values that it was made of.
+"""Sentences for people that programs can read too: English text, with a code and its values.
 
-The English stands where it is said, in the code. Other languages stand elsewhere, by code: the page's French in
-`studio/web/static/base/said/`. Through processes, answers and files a sentence goes as its text, its code beside it.
+The English text is in the source, where it is used. Translations are elsewhere, by code: the page's French in
+`studio/web/static/base/said/`. Processes, responses and files pass a sentence as its text, with its code next to it.
 """
 
 import errno
@@ -11,18 +11,18 @@ from string import Formatter
 from typing import Any, SupportsIndex, TypeAlias, TypedDict
 
 Value: TypeAlias = "str | int | float | Said | list[Value]"
-"""What a sentence is made of; a list stands joined in it."""
+"""A value in a sentence; the items of a list are joined."""
 
 _formatter = Formatter()
 
 
 class Sentence(TypedDict):
-    """A `Said` as JSON, in files and, as the list `said`, in answers.
+    """A `Said` as JSON, in files and, as the list `said`, in responses.
 
     Attributes:
         text: the English text.
-        code: which sentence it is.
-        values: what it was made of: texts, numbers, sentences, or lists of these.
+        code: identifies the sentence.
+        values: its values: texts, numbers, sentences, or lists of these.
     """
 
     text: str
@@ -34,8 +34,8 @@ class Said(str):
     """An English sentence with its code.
 
     Attributes:
-        code: which sentence it is, such as `take.in_use`.
-        values: what it was made of, by name. Numbers are rounded as they stand in the text.
+        code: identifies the sentence, such as `take.in_use`.
+        values: its values, by name. Numbers are rounded as in the text.
     """
 
     code: str
@@ -78,10 +78,10 @@ def say(code: str, english: str, /, **values: object) -> Said:
     """Return a sentence.
 
     Args:
-        code: which sentence it is. A code stands for one English text.
+        code: identifies the sentence. A code stands for one English text.
         english: the text, with values as for `str.format`: `{take!r}`, `{error:.1f}`.
-        values: what stands in it. A sentence keeps its code, an error is the sentence that it says, a list stands
-            joined: by "; " if it has sentences, else by ", ".
+        values: the values in it. A sentence keeps its code, an error counts as its sentence, and the items of a list
+            are joined: by "; " if there are sentences among them, else by ", ".
     """
     texts, kept = [], {}
     for text, name, spec, conversion in _formatter.parse(english):
@@ -93,35 +93,35 @@ def say(code: str, english: str, /, **values: object) -> Said:
 
 
 def about(name: str, text: str) -> Said:
-    """Return what is said of something: `name: text`."""
+    """Return a sentence about something: `name: text`."""
     return say("text.about", "{name}: {text}", name=name, text=text)
 
 
 def system_says(error: OSError) -> Said:
-    """Return why the system refused, as its own words; the code is that of the error, such as `os.enospc`."""
+    """Return the system's own reason for an error; the code is that of the error, such as `os.enospc`."""
     name = errno.errorcode.get(error.errno or 0, "unknown")
     return Said(error.strerror or str(error), f"os.{name.lower()}")
 
 
 def codes_of(texts: Iterable[str]) -> list[Sentence]:
-    """Return the JSON of those texts that have a code, to be kept beside the texts."""
+    """Return the JSON of those texts that have a code, to be kept with the texts."""
     return [text.to_json() for text in texts if isinstance(text, Said)]
 
 
 def with_codes(texts: Iterable[str], codes: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Return texts with the codes that were kept beside them by `codes_of`; a text without one stays as it is."""
+    """Return texts with the codes that `codes_of` gave; a text without a code stays as it is."""
     known = {}
     for one in codes:
         try:
             said = Said.from_json(one)
         except (KeyError, TypeError, AttributeError):
-            continue  # of another program; the text is there
+            continue  # from another program; the text itself is kept
         known[str(said)] = said
     return [known.get(text, text) for text in texts]
 
 
 def _told(value: object, conversion: str | None, spec: str) -> tuple[str, Value]:
-    """Return a value as it stands in the text, and as it is kept."""
+    """Return a value as written in the text, and as kept."""
     if isinstance(value, BaseException) and not conversion:
         value = getattr(value, "sentence", str(value))
     if isinstance(value, list):
@@ -139,7 +139,7 @@ def _told(value: object, conversion: str | None, spec: str) -> tuple[str, Value]
 
 
 def _number(value: int | str) -> Value:
-    """Return a number for JSON; as text where JSON has none such."""
+    """Return a number for JSON; as text if JSON cannot represent it."""
     try:
         return int(value)
     except ValueError:

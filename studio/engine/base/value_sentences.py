@@ -1,15 +1,15 @@
-"""What is said of values that are not allowed, alike in all rooms."""
+"""Errors for values that are not allowed, the same in all rooms."""
 
 from collections.abc import Iterable
 
 from studio.engine.base.sentences import Said, say
 
 Allowed = str | Iterable[str]
-"""What is allowed: a text, or the names of all that is."""
+"""Allowed values: a text, or all their names."""
 
 
 def bad_setting(key: str, value: object, allowed: Allowed) -> Said:
-    """Return that a setting cannot have a value, and which it can have."""
+    """Return the error for a value that a setting does not allow, with the allowed values."""
     return say(
         "settings.value",
         "{key}={value!r} is not allowed; allowed: {allowed}",
@@ -20,7 +20,7 @@ def bad_setting(key: str, value: object, allowed: Allowed) -> Said:
 
 
 def bad_value(name: str, value: object, allowed: Allowed) -> Said:
-    """Return the same of what is not written as a setting, such as the option of a command."""
+    """Return the same for other values than settings, such as the option of a command."""
     return say(
         "value.bad",
         "{name} {value} is not allowed; allowed: {allowed}",
@@ -31,7 +31,7 @@ def bad_value(name: str, value: object, allowed: Allowed) -> Said:
 
 
 def unknown(kind: str, name: str, allowed: Allowed) -> Said:
-    """Return that nothing of a kind has that name, and what there is."""
+    """Return the error for an unknown name of a kind, with the known names."""
     return say(
         "value.unknown",
         "unknown {kind} {name!r}; allowed: {allowed}",

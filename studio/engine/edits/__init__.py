@@ -1,1 +1,1 @@
-"""Edits of a take: what an operator says about it, as evidence for its solves."""
+"""Edits of a take: an operator's statements about it, as evidence for its solves."""

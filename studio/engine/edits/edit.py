@@ -1,6 +1,6 @@
 """The edits of a take: pins, directions, contacts, doubts, offsets and time.
 
-An edit says what was so in the take, and a solve honours it. Times are stage time in seconds, as `Poses.time_s`;
+An edit states a fact about the take, and a solve honours it. Times are stage time in seconds, as `Poses.time_s`;
 places and directions are in the stage frame. An edit holds from `start_s` to `end_s`, both included; equal times are
 one instant. Before and after it eases in and out over `ease_s`.
 """
@@ -11,16 +11,16 @@ import msgspec
 
 
 class _Edit(msgspec.Struct, frozen=True, kw_only=True, tag_field="kind", forbid_unknown_fields=True):
-    """What all edits have.
+    """Common fields of all edits.
 
     Attributes:
-        id: one of its own within the take; it stays while the edit changes.
+        id: unique within the take; it stays while the edit changes.
         start_s: begin, stage time [s].
         end_s: end, stage time [s]; not before the begin.
-        ease_s: how long the edit comes in before its begin and goes after its end [s].
+        ease_s: time over which the edit eases in before its begin and out after its end [s].
         on: whether solves honour it.
-        performer: whose, `performer_1`, ...
-        note: what the operator wrote.
+        performer: the performer that it is about, `performer_1`, ...
+        note: the operator's note.
     """
 
     id: str
@@ -38,7 +38,7 @@ class PinEdit(_Edit, frozen=True, kw_only=True, tag="pin"):
     Attributes:
         joint: a canonical joint.
         place_m: stage frame [m].
-        radius_m: how far from the place it may be [m]; 0 = just there.
+        radius_m: largest distance from the place [m]; 0 = exactly there.
     """
 
     joint: str
@@ -50,9 +50,9 @@ class DirectionEdit(_Edit, frozen=True, kw_only=True, tag="direction"):
     """The head looks, or a palm faces, in a direction.
 
     Attributes:
-        of: what has the direction.
+        of: the head or the palm.
         direction: stage frame; its length does not matter.
-        radius_deg: how far from it it may be [degrees].
+        radius_deg: largest angle from the direction [degrees].
     """
 
     of: Literal["head", "left_palm", "right_palm"]
@@ -75,10 +75,10 @@ class ContactEdit(_Edit, frozen=True, kw_only=True, tag="contact"):
 
 
 class LeaveOutEdit(_Edit, frozen=True, kw_only=True, tag="leave_out"):
-    """What a camera says is not used.
+    """A camera's joints are not used.
 
     Attributes:
-        camera: its name; None = all.
+        camera: its name; None = all cameras.
         joints: canonical joints that are left out; none = all.
     """
 
@@ -87,11 +87,11 @@ class LeaveOutEdit(_Edit, frozen=True, kw_only=True, tag="leave_out"):
 
 
 class ExchangeEdit(_Edit, frozen=True, kw_only=True, tag="exchange_sides"):
-    """A camera, or all, took left for right.
+    """A camera, or all of them, exchanged left and right.
 
     Attributes:
-        camera: its name; None = all.
-        joints: canonical joints of either side that are exchanged with those of the other side; none = all.
+        camera: its name; None = all cameras.
+        joints: canonical joints that are exchanged with those of the other side, by the name of either; none = all.
     """
 
     camera: str | None = None
@@ -99,12 +99,12 @@ class ExchangeEdit(_Edit, frozen=True, kw_only=True, tag="exchange_sides"):
 
 
 class OffsetEdit(_Edit, frozen=True, kw_only=True, tag="offset"):
-    """A layer: a joint is turned further, or the whole body moved, after the solve.
+    """A layer that turns a joint further, or moves the whole body, after the solve.
 
     Attributes:
         joint: the output joint (HumanIK name) that is turned.
         rotation_deg: added in the joint's own frame, as a rotation vector [degrees].
-        move_m: added to the place of the hips, stage frame [m]; only of `Hips`.
+        move_m: added to the place of the hips, stage frame [m]; only for `Hips`.
     """
 
     joint: str
@@ -117,10 +117,10 @@ class TrimEdit(_Edit, frozen=True, kw_only=True, tag="trim"):
 
 
 class RetimeEdit(_Edit, frozen=True, kw_only=True, tag="retime"):
-    """A part of the take goes faster or slower, after the solve; what follows is moved in time.
+    """A part of the take becomes faster or slower, after the solve; later parts are moved in time.
 
     Attributes:
-        factor: its new duration in old ones; over 1 is slower.
+        factor: new duration divided by the old one; above 1 is slower.
     """
 
     factor: float
@@ -136,4 +136,4 @@ Edit = (
     | TrimEdit
     | RetimeEdit
 )  # fmt: skip
-"""Any edit; in JSON its field `kind` tells which."""
+"""Any edit; in JSON its field `kind` gives the kind."""

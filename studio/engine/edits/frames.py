@@ -1,4 +1,4 @@
-"""Edits of what cameras say: left out, or left and right exchanged, before anything is solved."""
+"""Edits of cameras' joints: left out, or left and right exchanged, before anything is solved."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping, Sequence
@@ -17,11 +17,11 @@ from studio.engine.model.on_demand import FramesOnDemand
 Frames = Mapping[str, Sequence[CameraFrame]]
 
 TURNED_SHARE, TURNED_M = 0.5, 0.06
-"""Between two frames a camera exchanged left and right, if joints have then moved by this share of what they have
-else, and that by more than this on average."""
+"""A camera exchanged left and right between two frames if the joints' median movement exceeds the second value, and
+an exchange reduces it to less than the first, a share."""
 
 LONGEST_S = 5.0
-"""Furthest from an instant at which a camera is taken to have exchanged its sides [s]."""
+"""Longest time before and after an instant in which an edit of that instant exchanges a camera's sides [s]."""
 
 _SIDED = MIRROR != np.arange(JOINT_COUNT)
 
@@ -39,14 +39,14 @@ class Changed(FramesOnDemand):
         return self._changed[index] if index in self._changed else self._frames[index]
 
     def changed_from(self, frames: Sequence[CameraFrame]) -> set[int]:
-        """Return the indices of what differs from the frames that it was made of."""
+        """Return the indices of frames that differ from the original ones."""
         below = self._frames
         earlier = below.changed_from(frames) if below is not frames and isinstance(below, Changed) else set()
         return earlier | set(self._changed)
 
 
 def stage_s(calibration: Calibration, camera: str) -> Callable[[CameraFrame], float]:
-    """Return what tells the stage time of a camera's frames [s]."""
+    """Return the function that gives the stage time of a camera's frames [s]."""
     clock = calibration.cameras[camera].clock
     return lambda frame: clock.stage_ns(frame.device_time_ns) * 1e-9
 
@@ -59,11 +59,11 @@ def places_between(
 
 
 def changed_spans_s(frames: Frames, edited: Frames, calibration: Calibration) -> list[tuple[float, float]]:
-    """Return the times of frames that edits changed, as spans without a length [s].
+    """Return the times of frames that edits changed, as spans of zero length [s].
 
     Args:
         frames: by camera.
-        edited: the same, as edits leave them.
+        edited: the same frames after edits.
         calibration: has the cameras' clocks.
     """
     return [
@@ -76,7 +76,7 @@ def changed_spans_s(frames: Frames, edited: Frames, calibration: Calibration) ->
 
 
 def doubted(frames: Frames, calibration: Calibration, edits: Sequence[Edit]) -> Frames:
-    """Return frames with sides exchanged and joints left out as edits say; other cameras stay the same object.
+    """Return frames with sides exchanged and joints left out by edits; other cameras stay the same object.
 
     Args:
         frames: by camera, in order of time, of one performer.
@@ -122,7 +122,7 @@ def _exchanged_places(
     time_of: Callable[[CameraFrame], float],
     joints: NDArray[np.bool_],
 ) -> range:
-    """The frames that an exchange is meant for: an instant stands for the time in which the camera kept its sides."""
+    """The frames that an exchange applies to; an instant stands for the time in which the camera kept its sides."""
     if edit.start_s < edit.end_s:
         return places_between(frames, time_of, edit.start_s, edit.end_s)
     around = places_between(frames, time_of, edit.start_s - LONGEST_S, edit.end_s + LONGEST_S)
@@ -139,7 +139,7 @@ def _exchanged_places(
 
 
 def _shown(frame: CameraFrame) -> NDArray[np.float64]:
-    """A frame's joints, shape (21, 3): metres, or of a picture body heights [m] wide."""
+    """A frame's joints, shape (21, 3) [m]; those in a picture are scaled to a body height of 1.7 m."""
     if frame.picture is None:
         return frame.positions
     pixels = frame.picture.pixels
@@ -148,10 +148,10 @@ def _shown(frame: CameraFrame) -> NDArray[np.float64]:
 
 
 def _turns(positions: NDArray[np.float64], mirrored: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Indices of frames before which the sides were exchanged. A frame without joints is passed over.
+    """Indices of frames before which the sides were exchanged. A frame without joints is skipped.
 
     Args:
-        positions: joints of either side in consecutive frames [m], shape (frame_count, joint_count, 3); NaN = unseen.
+        positions: sided joints in consecutive frames [m], shape (frame_count, joint_count, 3); NaN = unseen.
         mirrored: the same with the sides exchanged.
     """
     last, found = None, []

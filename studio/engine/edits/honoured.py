@@ -1,4 +1,4 @@
-"""What became of the edits of a solve: which it could not honour, and how far the others were missed."""
+"""Outcome of a solve's edits: which it could not honour, and by how much it missed the others."""
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
@@ -24,16 +24,16 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.solve_metrics import EditJson
 
 CONTRADICT_M = 0.5
-"""Pins of one joint at one instant contradict each other from this distance on."""
+"""Distance from which pins of one joint at one instant contradict each other."""
 
 SAME_S = 0.01
-"""Two instants this near are one."""
+"""Two instants this near count as one."""
 
 NEAR_MM = 30.0
-"""A pin is honoured that is missed by less."""
+"""A pin is honoured if it is missed by less."""
 
 NEAR_DEG = 10.0
-"""A direction is honoured that is missed by less."""
+"""A direction is honoured if it is missed by less."""
 
 
 def refused(
@@ -48,7 +48,7 @@ def refused(
     Args:
         edits: those that are on.
         cameras: names of the take's cameras.
-        performers: who is in the take.
+        performers: the performers in the take.
         span_s: begin and end of the take, stage time [s].
     """
     found = {edit.id: line for edit in edits if (line := _refused(edit, cameras, performers, span_s))}
@@ -72,7 +72,7 @@ def refused(
 
 
 def _apart_m(one: PinEdit, other: PinEdit) -> float:
-    """How far two pins of one joint at one time are apart, less their radii [m]; 0 where they are none."""
+    """Distance of two pins of one joint at one time, less their radii [m]; 0 for any other two pins."""
     same = one.joint == other.joint and one.performer == other.performer
     if not same or max(one.start_s, other.start_s) > min(one.end_s, other.end_s) + SAME_S:
         return 0.0
@@ -111,7 +111,7 @@ def _refused(
 
 
 def _joints(edit: Edit) -> dict[str, bool]:
-    """The joints that an edit names, and whether there are such."""
+    """The joints that an edit names, and whether each exists."""
     if isinstance(edit, PinEdit):
         return {edit.joint: edit.joint in INDEX}
     if isinstance(edit, ContactEdit):
@@ -125,7 +125,7 @@ def _joints(edit: Edit) -> dict[str, bool]:
 
 
 def outcome(edit: Edit, poses: Poses) -> EditJson:
-    """Return what a solve made of an edit that was not refused."""
+    """Return the outcome of an edit that was not refused."""
     if isinstance(edit, PinEdit):
         missed_mm = 1e3 * missed_m(edit, poses)
         out: EditJson = {"honoured": missed_mm < NEAR_MM, "missed_mm": round(missed_mm, 1)}
@@ -142,7 +142,7 @@ def outcome(edit: Edit, poses: Poses) -> EditJson:
 
 
 def direction_outcome(edit: DirectionEdit, missed: float) -> EditJson:
-    """Return what a solve made of a direction that it missed by so many degrees."""
+    """Return the outcome of a direction that was missed by this angle [degrees]."""
     out: EditJson = {"honoured": missed < NEAR_DEG, "missed_deg": round(missed, 1)}
     if not out["honoured"]:
         line = say(
@@ -156,7 +156,7 @@ def direction_outcome(edit: DirectionEdit, missed: float) -> EditJson:
 
 
 def touch_outcome(edit: ContactEdit, missed_m: float) -> EditJson:
-    """Return what a solve made of a contact that it missed by so much."""
+    """Return the outcome of a contact that was missed by this distance."""
     out: EditJson = {"honoured": 1e3 * missed_m < NEAR_MM, "missed_mm": round(1e3 * missed_m, 1)}
     if not out["honoured"]:
         out |= _told(_missed_touch(edit, 1e3 * missed_m))
@@ -185,7 +185,7 @@ def _missed_touch(edit: ContactEdit, missed_mm: float) -> Said:
 
 
 def missed_m(pin: PinEdit, poses: Poses) -> float:
-    """Return how far a pin's joint is off its place, or off its radius, at the most while the pin holds [m]."""
+    """Return the largest distance of a pin's joint from its place, beyond its radius, while the pin holds [m]."""
     joint = poses.joint_names.index(OUTPUT_OF_CANONICAL[pin.joint])
     inside = poses.time_s[(poses.time_s >= pin.start_s) & (poses.time_s <= pin.end_s)]
     if pin.start_s == pin.end_s or not len(inside):
@@ -207,7 +207,7 @@ def _told(line: Said) -> EditJson:
 def outcomes(
     edits: Sequence[Edit], lines: Mapping[str, Said], poses: Mapping[str, Poses]
 ) -> dict[str, EditJson]:
-    """Return what became of each edit, by its id.
+    """Return the outcome of each edit, by its id.
 
     Args:
         edits: those that are on.

@@ -1,4 +1,4 @@
-"""Pins as the solves take them: places of joints that are always right, with their information at any time."""
+"""Pins as input of solves: places of joints that are always right, with their information at any time."""
 
 from collections.abc import Sequence
 
@@ -17,16 +17,16 @@ SIGMA_M = 0.005
 """Standard deviation of a joint from the place of its pin [m]."""
 
 LEAST_SHARE = 0.02
-"""A range that has eased out further than this is over."""
+"""Share below which an edit that eases out is over."""
 
 
 class Pins:
     """The pins of one performer.
 
     Attributes:
-        stances: what is said about their feet.
-        touches: what is said about contacts of other joints.
-        spans_s: begin and end of what edits say of pins, stances and contacts [s].
+        stances: stances of their feet.
+        touches: contacts of other joints.
+        spans_s: begin and end of all pins, stances and contacts [s].
     """
 
     def __init__(self, edits: Sequence[Edit], performer: Performer | None = None) -> None:
@@ -34,7 +34,7 @@ class Pins:
 
         Args:
             edits: of one performer.
-            performer: their proportions, which tell how far limbs reach; None = any way.
+            performer: their proportions, which give the reach of limbs; None = unlimited reach.
         """
         self._reach_m = np.full(JOINT_COUNT, np.inf) if performer is None else performer.reach_m()
         self.stances, self.touches = Stances(edits), Touches(edits)
@@ -48,9 +48,9 @@ class Pins:
         return bool(self._pins) or bool(self.stances) or bool(self.touches)
 
     def at(self, time_s: NDArray[np.float64], dt: float) -> Pinned:
-        """Return what is pinned in frames.
+        """Return the pinned joints in frames.
 
-        A pin of one instant is one of the nearest frame. A joint with several pins has their weighted mean.
+        A pin of one instant counts in the nearest frame. A joint with several pins has their weighted mean.
 
         Args:
             time_s: of the frames [s], shape (frame_count,).
@@ -68,7 +68,7 @@ class Pins:
         return Pinned(place / known[..., None], radius / known, information, self._reach_m)
 
     def between(self, begin_s: float, end_s: float) -> Pinned | None:
-        """Return what is pinned after `begin_s` up to `end_s` [s], without an axis of frames; None = nothing."""
+        """Return the pinned joints after `begin_s` up to `end_s` [s], without an axis of frames; None = none."""
         if not any(first <= end_s and last > begin_s for first, last in self._spans):
             return None
         middle = 0.5 * (begin_s + end_s)
@@ -81,7 +81,7 @@ def _with_ease(edit: Edit) -> tuple[float, float]:
 
 
 def _told(pin: PinEdit, time_s: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
-    """How much of a pin counts in frames, 0..1, shape (frame_count,)."""
+    """Weight of a pin in frames, 0..1, shape (frame_count,)."""
     if pin.start_s == pin.end_s:
         away = time_s - pin.start_s
         return ((away >= -0.5 * dt) & (away < 0.5 * dt)).astype(np.float64)

@@ -1,4 +1,4 @@
-"""Stances of feet as edits say them: which feet stand on the floor, or do not, at any time."""
+"""Stances of feet from edits: which feet stand on the floor, or do not, at any time."""
 
 from collections.abc import Sequence
 
@@ -15,23 +15,22 @@ STANDS, AS_FOUND, FREE = 1, 0, -1
 
 
 def is_of_feet(edit: ContactEdit) -> bool:
-    """Whether a contact is one of a foot with the floor, or none."""
+    """Whether a contact is of a foot, with the floor or with nothing."""
     return edit.joint in FEET and edit.touches in ("floor", "nothing")
 
 
 class Stances:
-    """What edits say about feet; an ankle stands for the whole foot."""
+    """Stances of feet from edits; an ankle stands for the whole foot."""
 
     def __init__(self, edits: Sequence[Edit]) -> None:
-        """Take those among the edits."""
+        """Take the feet's contacts among the edits."""
         self._edits = [edit for edit in of_kind(edits, ContactEdit) if is_of_feet(edit)]
 
     def __bool__(self) -> bool:
         return bool(self._edits)
 
     def at(self, time_s: NDArray[np.float64]) -> NDArray[np.int8]:
-        """Return what is said at times [s]: `STANDS`, `AS_FOUND` or `FREE`, shape (time_count, 4); the last edit
-        counts."""
+        """Return `STANDS`, `AS_FOUND` or `FREE` at times [s], shape (time_count, 4); the last edit counts."""
         out = np.full((len(time_s), len(FEET)), AS_FOUND, dtype=np.int8)
         for edit in self._edits:
             inside = holds(edit, time_s)
@@ -42,7 +41,7 @@ class Stances:
     def asked(
         self, time_s: NDArray[np.float64], hold: NDArray[np.float64], pieces: Sequence[tuple[int, int]]
     ) -> NDArray[np.int8]:
-        """Return the same for frames with found stances: an instant without contact is one of the whole stance.
+        """Return the same for frames with found stances; an instant without contact removes the whole stance.
 
         Args:
             time_s: of the frames [s], shape (frame_count,).
@@ -68,7 +67,7 @@ def _columns(edit: ContactEdit) -> list[int]:
 def _whole(
     inside: NDArray[np.bool_], stands: NDArray[np.bool_], pieces: Sequence[tuple[int, int]]
 ) -> NDArray[np.bool_]:
-    """Some frames and all of the stances that they are in."""
+    """Some frames, with the whole stances that contain them."""
     out = inside.copy()
     for begin, end in pieces:
         edges = np.flatnonzero(np.diff(np.concatenate([[False], stands[begin:end], [False]])))

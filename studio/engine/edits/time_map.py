@@ -1,4 +1,4 @@
-"""The time of a solve in which parts go faster or slower, and the stage time of each of its instants."""
+"""Conversion between stage time and the time of a solve with faster or slower parts."""
 
 from collections.abc import Sequence
 
@@ -9,13 +9,13 @@ from studio.engine.edits.edit import Edit, RetimeEdit
 from studio.engine.edits.timing import of_kind, share
 
 STEP_S = 0.005
-"""Steps in which the pace is summed up [s]."""
+"""Steps in which the pace is summed [s]."""
 
 
 class TimeMap:
     """Stage time and the time of a retimed solve, which are equal before the first part that is retimed.
 
-    Within a retimed part a second lasts as many as its factor says, and it comes and goes within its `ease_s`.
+    Within a retimed part a second lasts `factor` seconds; the factor eases in and out over the part's `ease_s`.
     """
 
     def __init__(self, edits: Sequence[Edit]) -> None:

@@ -1,4 +1,4 @@
-"""Contacts that edits say, of other joints than feet: with the floor, the own body, or another performer."""
+"""Contacts from edits, of joints other than feet: with the floor, the own body, or another performer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,19 +12,19 @@ from studio.engine.edits.timing import of_kind, share
 from studio.engine.model.joints import INDEX
 
 SIGMA_M = 0.006
-"""Standard deviation of a joint from where it touches [m]: flesh gives way."""
+"""Standard deviation of a joint from the place where it touches [m]: flesh gives way."""
 
 LEAST_SHARE = 0.02
 
 
 @dataclass(frozen=True)
 class Touch:
-    """A joint that touches.
+    """A joint that touches the floor or another joint.
 
     Attributes:
         joint: index of the canonical joint.
         touched: index of the joint that it touches; None = the floor.
-        information: inverse variance [1/m2] in frames, shape (frame_count,); 0 = it does not.
+        information: inverse variance [1/m2] in frames, shape (frame_count,); 0 = no contact.
     """
 
     joint: int
@@ -33,12 +33,12 @@ class Touch:
 
 
 def is_touch(edit: ContactEdit) -> bool:
-    """Whether a contact is one that solves hold as a `Touch`."""
+    """Whether solves hold a contact as a `Touch`."""
     return not is_of_feet(edit) and edit.touches != "nothing" and edit.other in (None, edit.performer)
 
 
 def is_touch_of_other(edit: ContactEdit) -> bool:
-    """Whether a contact is one with another performer's joint."""
+    """Whether a contact is with another performer's joint."""
     own = edit.other in (None, edit.performer)
     return not own and not is_of_feet(edit) and edit.touches not in ("floor", "nothing")
 
@@ -47,7 +47,7 @@ class Touches:
     """The touches of one performer."""
 
     def __init__(self, edits: Sequence[Edit]) -> None:
-        """Take those among the edits."""
+        """Take the touches among the edits."""
         every = [edit for edit in of_kind(edits, ContactEdit) if edit.joint in INDEX]
         self._edits = [edit for edit in every if is_touch(edit)]
         self._of_others = [edit for edit in every if is_touch_of_other(edit) and edit.touches in INDEX]
@@ -58,7 +58,7 @@ class Touches:
     def at(self, time_s: NDArray[np.float64]) -> list[Touch]:
         """Return the touches of the floor and of the own body in frames at times [s], shape (frame_count,).
 
-        Those that hold in none are left out.
+        Touches that hold in none of the frames are left out.
         """
         return [found for edit in self._edits if (found := _touch(edit, time_s)) is not None]
 

@@ -1,6 +1,6 @@
-"""Who is who (between steps 3 and 5): which body in a camera's frame is which performer.
+"""Identities (between steps 3 and 5): the performer of each body in a camera's frame.
 
-`person` expects where a person's joints are, `crowd` gives a frame's bodies to persons. `whole_take` does so for a
-take and tells performers from bystanders, after `settle` has given back who was exchanged. `known` and `recognised`
-are what the live stage says and hears of persons.
+`person` predicts a person's joints, and `crowd` assigns a frame's bodies to persons. `whole_take` does so for a take
+and separates performers from bystanders, after `settle` has undone exchanges. `known` and `recognised` hold what the
+live stage takes and returns about persons.
 """

@@ -1,7 +1,7 @@
-"""Gives the bodies in every camera's frames to persons, frame by frame, as live needs it.
+"""Assigns the bodies in every camera's frames to persons, frame by frame, as live needs it.
 
-Persons and bodies are paired jointly (Hungarian method). A device's own number is not needed: it changes where bodies
-are lost, and may be exchanged where they overlap.
+Persons and bodies are paired jointly (Hungarian method). A device's own number of a body is not needed: it changes
+where bodies are lost, and may be exchanged where they overlap.
 """
 
 from collections.abc import Sequence
@@ -16,39 +16,39 @@ _FITS = 6.0
 """Largest deviation of a body from its person."""
 
 _NEAR_M = 0.4
-"""An unclaimed body nearer than this to a person who is seen in the same frame is a device's ghost."""
+"""An unassigned body nearer than this to a person who is seen in the same frame is a device's ghost."""
 
 _PROVES_S = 0.3
 _PROVES_FRAMES = 8
 _FORGETS_S = 0.5
 _AWAY_S = 1.0
 _RETURN_S = 1.0
-"""Time until one who was away is recognised by their bones, where these are clearly theirs."""
+"""Time until a person who was away is recognised by their bones, if these are clearly theirs."""
 
 _WAITS_S = 2.0
-"""Whose bones are like nobody's of those away, or like two's, is looked at for so long before they are anybody."""
+"""Time before a person is identified whose bones fit nobody who is away, or two of them."""
 
 _GUESSED_S = 3.0
-"""So long are those in doubt whom even then two persons' bones fit."""
+"""Time in doubt of a person whose bones fit two who are away even then."""
 
 _CUT_S = 0.1
-"""Somebody who is seen no more from this long after another appears may be the same person, after a cut."""
+"""A person who disappears at most this long after another appears may be the same one, after a cut."""
 ALIKE_M = 0.025
 CLEAR_M = 0.006
-"""Bones are clearly one person's where another's differ by so much more, mean over the bones."""
+"""Bones are clearly one person's if those of any other differ by this much more, mean over the bones."""
 
 _DOUBT = 1.5
-"""Two persons whose bodies could be exchanged for less than this are not told apart."""
+"""Two persons are not told apart if exchanging their bodies costs less than this."""
 
 _MEETS = 6.0
-"""Two persons whose bodies could be exchanged for less than this have met: the whole take looks at them again."""
+"""Two persons have met if exchanging their bodies costs less than this; the whole take then decides again."""
 
 _NOBODY = 1e3
 
 
 @dataclass(frozen=True)
 class SeenBody:
-    """A body in a frame: index of the frame among all that were added, and of the body in it."""
+    """A body in a frame: index of the frame among all added frames, and of the body in it."""
 
     frame: int
     body: int
@@ -56,14 +56,14 @@ class SeenBody:
 
 @dataclass
 class Someone:
-    """A person of the crowd: what they look like now, and every body that was theirs.
+    """A person of the crowd: their present state, and every body that was theirs.
 
     Attributes:
-        sightings: in the order of time.
+        sightings: their bodies, in the order of time.
         doubted: times at which the person was not told apart from another, stage time [s].
-        met: by the index of another person, times at which the two stood so near that they may have been exchanged.
+        met: by the index of another person, times at which they were so near that they may have been exchanged.
         leapt: times at which the person was found again at another place, or after being away.
-        guessed_s: when the person came back with bones like two who were away [s].
+        guessed_s: time at which the person came back with bones that fit two who were away [s].
     """
 
     person: FollowedPerson
@@ -74,12 +74,12 @@ class Someone:
     guessed_s: float = -np.inf
 
     def goes_on_as(self, person: FollowedPerson) -> None:
-        """Be followed where the same person was found again."""
+        """Continue where the same person was found again."""
         person.remember(self.person)
         self.person = person
 
     def forget(self) -> None:
-        """Keep nothing of the past but the last doubt."""
+        """Forget the past except the last doubt."""
         self.sightings.clear()
         self.met.clear()
         self.leapt.clear()
@@ -90,10 +90,10 @@ class Crowd:
     """Everybody on the stage; frames are added in the order of their stage times."""
 
     def __init__(self, people: Sequence[FollowedPerson] = (), *, remembers: bool = True) -> None:
-        """Begin with people who are known from before.
+        """Begin with persons who are known from before.
 
         Args:
-            people: of them.
+            people: these persons.
             remembers: keep sightings, meetings and leaps, which whole takes need; else only the last doubt.
         """
         self.people = [Someone(person) for person in people]
@@ -102,15 +102,16 @@ class Crowd:
         self._frames = 0
 
     def add(self, stage_s: float, bodies: NDArray[np.float64]) -> list[int | None]:
-        """Return the person of each body, an index of `people`; None = nobody who is known.
+        """Return the person of each body, an index of `people`; None = not known yet.
 
-        A person is known after 0.3 s; `Someone.sightings` has the bodies of before then too.
+        A person is known after 0.3 s, or 1 to 2 s if known people are away. `Someone.sightings` then includes the
+        earlier bodies.
 
         Args:
             stage_s: time of the frame [s].
             bodies: joints in the stage frame [m], shape (body_count, 21, 3); NaN = unseen.
         """
-        from scipy.optimize import linear_sum_assignment  # slow to load: one performer needs none of it
+        from scipy.optimize import linear_sum_assignment  # slow to load, and one performer does not need it
 
         frame, self._frames = self._frames, self._frames + 1
         here = [k for k, one in enumerate(self.people) if stage_s - one.person.last_s < _AWAY_S]
@@ -141,7 +142,7 @@ class Crowd:
         one.sightings.append(sighting)
 
     def _take_over(self, one: Someone, stage_s: float, joints: NDArray[np.float64]) -> None:
-        """Give a person the sightings of somebody new who stands where they do now: they were one, after a leap."""
+        """Give a person the sightings of somebody new at the same place: they were the same person, after a leap."""
         for other in self._new:
             began_s = other.person.first_s
             if one.person.last_s <= began_s and other.person.deviation(stage_s, joints[None])[0] < _FITS:
@@ -154,7 +155,7 @@ class Crowd:
     def _doubt(
         self, stage_s: float, here: list[int], cost: NDArray[np.float64], found: list[int | None]
     ) -> None:
-        """Register pairs of persons whose bodies could as well be exchanged."""
+        """Register pairs of persons whose bodies may be exchanged."""
         of = {who: body for body, who in enumerate(found) if who is not None}
         for a, first in enumerate(here):
             for b, second in enumerate(here[:a]):
@@ -174,7 +175,7 @@ class Crowd:
                     self.people[second].doubted.append(stage_s)
 
     def _is_ghost(self, joints: NDArray[np.float64], found: list[int | None], stage_s: float) -> bool:
-        """Whether a body is a second one of a person who is seen in this very frame, or has no joint."""
+        """Whether a body is a second one of a person who is seen in the same frame, or has no joint."""
         seen = joints[np.isfinite(joints[:, 0])]
         if len(seen) == 0:
             return True
@@ -183,7 +184,7 @@ class Crowd:
         return any(float(np.linalg.norm(one.middle() - middle)) < _NEAR_M for one in people)
 
     def _unknown(self, stage_s: float, joints: NDArray[np.float64], sighting: SeenBody) -> int | None:
-        """Go on with somebody new; return who it is once they have proved to be there."""
+        """Follow somebody new; return their person once they have proved to be there."""
         fits = [float(one.person.deviation(stage_s, joints[None])[0]) for one in self._new]
         if not fits or min(fits) >= _FITS:
             self._new.append(Someone(FollowedPerson(stage_s, joints), [sighting]))
@@ -209,7 +210,7 @@ class Crowd:
         return back
 
     def _returned(self, one: Someone, away: list[int]) -> tuple[int | None, bool]:
-        """Return who of those away has this person's bones, None = nobody; and whether no other's fit as well."""
+        """Return the absent person with this person's bones, None = nobody; and whether nobody else's fit as well."""
         bones = one.person.bones_m()
         far = sorted((apart_m(bones, self.people[k].person.bones_m()), k) for k in away)
         if not far or far[0][0] >= ALIKE_M:
@@ -218,7 +219,7 @@ class Crowd:
 
 
 def _costs(people: list[Someone], stage_s: float, bodies: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how badly each body fits each person, shape (person_count, body_count)."""
+    """Return the deviation of each body from each person, shape (person_count, body_count)."""
     cost = np.full((len(people), len(bodies)), _NOBODY)
     for row, one in enumerate(people):
         cost[row] = np.minimum(one.person.deviation(stage_s, bodies), _NOBODY)

@@ -1,4 +1,4 @@
-"""Exchange of two performers from a moment on, where an operator saw that they became one another."""
+"""Exchange of two performers from a moment on, where an operator saw that their identities were swapped."""
 
 from bisect import bisect_left
 from collections.abc import Sequence
@@ -18,13 +18,13 @@ def exchanged(
 ) -> tuple[People, list[Exchange]]:
     """Return the performers with their frames exchanged, and the exchanges that were made.
 
-    Each is made on what those before it left, as an operator makes them. One of a performer who was not found is left
-    out. Names and proportions stay.
+    Each is applied to the result of those before it, as an operator makes them. An exchange of a performer who was
+    not found is left out. Names and proportions stay.
 
     Args:
         people: everybody in a take.
         calibration: has the cameras' clocks.
-        exchanges: in the order in which they were asked for.
+        exchanges: in the order in which they were requested.
     """
     found = {one.name: one for one in people.performers}
     made = []
@@ -41,7 +41,7 @@ def exchanged(
 def _continued(
     one: TakePerformer, other: TakePerformer, calibration: Calibration, time_s: float
 ) -> TakePerformer:
-    """Return a performer who goes on as another from a time on."""
+    """Return a performer who continues as another from a time on."""
     return replace(
         one,
         frames={
@@ -63,7 +63,7 @@ def _after(spans: _Spans, time_s: float) -> _Spans:
 
 
 class _Clock:
-    """Tells the stage time of a camera's frames [s]."""
+    """Gives the stage time of a camera's frames [s]."""
 
     def __init__(self, calibration: Calibration, camera: str) -> None:
         self._clock = calibration.cameras[camera].clock

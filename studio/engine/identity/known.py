@@ -1,4 +1,4 @@
-"""People who are known from before, as a fresh pipeline begins with them."""
+"""Performers known from before, with whom a new pipeline begins."""
 
 from dataclasses import dataclass, replace
 from typing import Any, TypedDict
@@ -24,14 +24,14 @@ class KnownPersonJson(TypedDict):
 
 @dataclass(frozen=True)
 class KnownPerson:
-    """A performer who is known from before.
+    """A performer known from before.
 
     Attributes:
         performer: their number, from 1.
         proportions: None = those of the calibration.
         bones_m: see `FollowedPerson.bones_m`, shape (21,).
-        joints_m: where they were last, stage frame [m], shape (21, 3).
-        seen_s: when that was, stage time [s]; None = they are away.
+        joints_m: their last joints, stage frame [m], shape (21, 3).
+        seen_s: time of these joints, stage time [s]; None = they are away.
     """
 
     performer: int
@@ -41,11 +41,11 @@ class KnownPerson:
     seen_s: float | None
 
     def away(self) -> "KnownPerson":
-        """Return the same performer, of whom only the bones are known."""
+        """Return the same performer with only the bones known."""
         return replace(self, joints_m=np.full((JOINT_COUNT, 3), np.nan), seen_s=None)
 
     def person(self) -> FollowedPerson:
-        """Return them as they are followed."""
+        """Return the person to follow."""
         if self.seen_s is None:
             return FollowedPerson.known(self.bones_m)
         return FollowedPerson.known(self.bones_m, self.joints_m, self.seen_s)

@@ -1,4 +1,4 @@
-"""A person who is followed by the joints of all cameras: where they are expected, and how long their bones are.
+"""A person who is followed by the joints of all cameras: predictions of their joints, and their bones' lengths.
 
 Every joint has a Kalman filter of its own whose velocity fades (an Ornstein-Uhlenbeck process), so that the place of
 a hidden person grows uncertain slowly: by a metre in two seconds.
@@ -20,7 +20,7 @@ from studio.engine.identity.person_kernels import (
 from studio.engine.model.joints import JOINT_COUNT, MIRROR, PARENTS
 
 _BONES_KNOWN = 300.0
-"""So many frames do bones count that are known from before."""
+"""Number of frames that bones known from before count for."""
 
 _OWN_PARENTS = np.maximum(PARENTS, 0)
 
@@ -41,7 +41,7 @@ class FollowedPerson:
         self._cov = np.zeros((JOINT_COUNT, 3))  # variances of place and speed, and their covariance
         self._cov[:, 0], self._cov[:, 1] = READING_M**2, SPEED_M_S**2
         self._bones, self._bone_frames = np.zeros(JOINT_COUNT), np.zeros(JOINT_COUNT)
-        self._ahead: tuple[float, _Expected] | None = None  # what is expected at the time asked for last
+        self._ahead: tuple[float, _Expected] | None = None  # the prediction requested last, with its time
         self._measure(joints)
 
     @classmethod
@@ -55,8 +55,8 @@ class FollowedPerson:
 
         Args:
             bones_m: as `bones_m` returns them.
-            joints: where they were last [m], shape (21, 3); NaN = unknown.
-            stage_s: when that was [s].
+            joints: their last joints [m], shape (21, 3); NaN = unknown.
+            stage_s: time of these joints [s].
         """
         person = cls(stage_s, np.full((JOINT_COUNT, 3), np.nan) if joints is None else joints)
         seen = np.isfinite(bones_m)
@@ -76,7 +76,7 @@ class FollowedPerson:
         return known.mean(axis=0)
 
     def joints_m(self) -> NDArray[np.float64]:
-        """Return where the joints were last [m], shape (21, 3); NaN = never seen."""
+        """Return the last places of the joints [m], shape (21, 3); NaN = never seen."""
         return self._place.copy()
 
     def bones_m(self) -> NDArray[np.float64]:
@@ -85,7 +85,7 @@ class FollowedPerson:
             return np.where(self._bone_frames > 0, self._bones / np.maximum(self._bone_frames, 1), np.nan)
 
     def deviation(self, stage_s: float, bodies: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how badly bodies fit this person, shape (body_count,): the mean squared deviation over its variance.
+        """Return the deviation of bodies from this person, shape (body_count,): the mean square over its variance.
 
         A body whose left and right a camera has exchanged fits as well. Infinite where too few joints are known.
 
@@ -102,7 +102,7 @@ class FollowedPerson:
         return deviations(place, cov, bodies, MIRROR)
 
     def add(self, stage_s: float, joints: NDArray[np.float64]) -> None:
-        """Go on with a body that is this person: joints [m], shape (21, 3); NaN = unseen."""
+        """Continue with a body that is this person: joints [m], shape (21, 3); NaN = unseen."""
         place, speed, cov = self._expected(stage_s)
         joints = np.ascontiguousarray(joints)
         self._place, self._speed, self._cov, self._bones, self._bone_frames = gone_on(

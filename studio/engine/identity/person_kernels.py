@@ -1,4 +1,4 @@
-"""Compiled parts of `person`: what is expected of a person's joints, how bodies fit, a reading, and bones.
+"""Compiled parts of `person`: prediction of a person's joints, fit of bodies, correction by a reading, and bones.
 
 Places, speeds and `cov` are by joint, shape (21, 3); `cov` holds the variances of place and speed, and their
 covariance. `mirror` is `joints.MIRROR`, and `parents` has each joint's parent, its own index for the root.
@@ -17,13 +17,13 @@ Indices = NDArray[np.int64]
 FADES_S = 0.3
 SPEED_M_S = 1.5
 READING_M = 0.10
-"""Standard deviation of a camera's joint against that of the others; most of it is alike from frame to frame."""
+"""Standard deviation of a camera's joint from that of the others; most of it is the same from frame to frame."""
 
 WORST = 16.0
-"""A joint's squared deviation counts at most this much, so that one wrong arm does not decide."""
+"""Limit of a joint's squared deviation, so that one wrong arm does not decide."""
 
 PULLS = 4.0
-"""A joint that is far from where it was expected pulls no more than one at so many deviations."""
+"""Limit of a joint's pull: that at this many deviations from its prediction."""
 
 LEAST_JOINTS = 5
 MIRRORED_M = 0.03
@@ -49,8 +49,8 @@ def predicted(place: Array, speed: Array, cov: Array, dt_s: float) -> tuple[Arra
 
 @compiled
 def deviations(place: Array, cov: Array, bodies: Array, mirror: Indices) -> Array:
-    """Return how badly bodies fit, shape (body_count,): the mean squared deviation over its variance, of the body as
-    it is or with its sides exchanged; infinite where too few joints are known."""
+    """Return the deviations of bodies, shape (body_count,): the mean square over its variance, of the body as it is
+    or with its sides exchanged; infinite where too few joints are known."""
     out = np.full(len(bodies), np.inf)
     for body in range(len(bodies)):
         for exchanged in range(2):
@@ -71,7 +71,7 @@ def deviations(place: Array, cov: Array, bodies: Array, mirror: Indices) -> Arra
 
 @compiled
 def upright(joints: Array, place: Array, mirror: Indices) -> Array:
-    """Return the joints, with left and right exchanged where they fit better so."""
+    """Return the joints, with left and right exchanged if they then fit better."""
     as_told, exchanged, count = 0.0, 0.0, 0
     for joint in range(len(place)):
         one, other = 0.0, 0.0
@@ -118,7 +118,7 @@ def corrected(place: Array, speed: Array, cov: Array, joints: Array) -> tuple[Ar
 def measure_bones(
     joints: Array, parents: Indices, mirror: Indices, bones: Array, frames: Array
 ) -> tuple[Array, Array]:
-    """Return the sums of bones' lengths [m] and the numbers of their frames, shape (21,) each, with those of a body.
+    """Return the sums of bones' lengths [m] and the numbers of their frames, shape (21,) each, with a body added.
 
     Both sides count as one.
     """

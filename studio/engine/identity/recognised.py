@@ -1,4 +1,4 @@
-"""Who is on the stage, and whose bodies cameras show."""
+"""The persons on the stage, and the persons of the bodies in cameras' frames."""
 
 from dataclasses import dataclass
 
@@ -8,20 +8,20 @@ FIRST = 1
 """Number of the performer with the calibration's proportions."""
 
 MOST_PERFORMERS = 8
-"""Further ones are told and left out."""
+"""Maximum number of performers; further ones are reported and left out."""
 
 LEAST_FRAMES, LEAST_SPAN_S = 45, 3.0
-"""Whom no camera shows so often, over such a time, is nobody to be measured without a T-pose."""
+"""Least number of frames of one camera, and least time that they span, to measure a person without a T-pose."""
 
 
 def performer_key(number: int) -> str:
-    """Return what a performer is called until they are named, and their folder: `performer_1`, ..."""
+    """Return a performer's name until they are named, which is also their folder: `performer_1`, ..."""
     return f"performer_{number}"
 
 
 @dataclass(frozen=True)
 class Recognised:
-    """A camera's body and whose it is: index of the person, and number of the performer, None = a stranger."""
+    """The person of a camera's body: index of the person, and number of the performer, None = a stranger."""
 
     person: int
     performer: int | None
@@ -30,7 +30,7 @@ class Recognised:
 
 @dataclass(frozen=True)
 class OnStage:
-    """Somebody who is known.
+    """A known person.
 
     Attributes:
         performer: number, from 1; None = a stranger.

@@ -1,7 +1,7 @@
-"""The whole take decides who is who: where two persons came so near that they may have been exchanged, bones tell.
+"""Corrects identities over the whole take: where two persons may have been exchanged, bones decide.
 
-Between such moments a person is followed surely. The bones of each stretch are compared with those of the first in
-which each was seen; a stretch whose bones are clearly the other's is given to the other.
+Between these moments a person is followed reliably. The bones of each stretch are compared with those of the first
+one in which each was seen; a stretch whose bones are clearly the other's is given to the other.
 """
 
 from collections.abc import Callable
@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 from studio.engine.identity.crowd import CLEAR_M, SeenBody, Someone
 
 _APART_S = 1.0
-"""Moments that follow each other more closely are one meeting."""
+"""Moments that follow each other more closely than this are one meeting."""
 
 _LEAST_BODIES = 30
-"""A stretch with fewer bodies of either person tells nothing."""
+"""Least number of bodies of each person in a stretch that is used."""
 
 BonesOf = Callable[[SeenBody], NDArray[np.float64]]
-"""Returns the lengths of a body's bones [m], shape (21,); NaN = not surely seen."""
+"""Returns the lengths of a body's bones [m], shape (21,); NaN = not clearly seen."""
 
 
 def settle(people: list[Someone], times_s: NDArray[np.float64], bones_of: BonesOf) -> int:
-    """Exchange bodies between persons where their bones say so; return how often.
+    """Exchange bodies between persons where their bones require it; return the number of exchanges.
 
     Args:
         people: everybody; their `sightings` change.
@@ -44,8 +44,8 @@ def settle(people: list[Someone], times_s: NDArray[np.float64], bones_of: BonesO
 
 
 def _meetings(people: list[Someone], first: int, second: int, times_s: NDArray[np.float64]) -> list[float]:
-    """Return when two persons may have been exchanged [s]: where one leapt or came in, else in each meeting's
-    middle."""
+    """Return the times at which two persons may have been exchanged [s]: when one leapt or came in, else the middle
+    of each meeting."""
     sure = {*people[first].leapt, *people[second].leapt}
     came = [
         float(times_s[one.sightings[0].frame]) for one in (people[first], people[second]) if one.sightings
@@ -94,7 +94,7 @@ def _settle_pair(
 
 
 def _gain_m(bones: list[NDArray[np.float64] | None], known: list[NDArray[np.float64] | None]) -> float:
-    """Return how much better exchanged bones fit the known ones, mean over what is known [m]; 0 = nothing tells."""
+    """Return by how much better exchanged bones fit the known ones, mean over known bones [m]; 0 = none known."""
     gains = []
     for k in range(2):
         if (
@@ -107,7 +107,7 @@ def _gain_m(bones: list[NDArray[np.float64] | None], known: list[NDArray[np.floa
 
 
 def _typical(bones: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return the median length of each bone, shape (21,); NaN = seldom seen."""
+    """Return the median length of each bone, shape (21,); NaN = rarely seen."""
     lengths = np.array(bones)
     enough = np.isfinite(lengths).sum(axis=0) >= _LEAST_BODIES // 2
     out = np.full(lengths.shape[1], np.nan)

@@ -1,4 +1,4 @@
-"""Spans of time of moments that follow each other closely, such as those in which two were not told apart."""
+"""Time spans of moments that follow each other closely, such as those at which two persons were not told apart."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ _CLOSE_S = 0.1
 
 
 def spans(times_s: Sequence[float], least: int) -> tuple[tuple[float, float], ...]:
-    """Return the spans in which at least so many times follow each other closely."""
+    """Return the spans in which at least `least` times follow each other closely."""
     spans: list[list[float]] = []
     for time_s in times_s:
         if spans and time_s - spans[-1][1] < _CLOSE_S:

@@ -1,7 +1,7 @@
-"""The performers of a whole take: everybody who was followed, with their frames, names and proportions.
+"""The performers of a whole take, with their frames, names and proportions.
 
-Whoever holds a T-pose is a performer, and so is who was calibrated with. All others are bystanders, unless the
-operator says that everybody is a performer.
+Everybody who holds a T-pose is a performer, and so is the person of the calibration. All others are bystanders,
+unless the operator says that everybody is a performer.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,10 +27,10 @@ from studio.engine.model.on_demand import FramesOnDemand
 
 _UP = np.array([0.0, 0.0, 1.0])
 _LEAST_S = 1.0
-"""Who is seen for less than this is nobody."""
+"""A person seen for less than this does not count."""
 
 _SURE = 0.8
-"""Lowest confidence of a joint whose bones are measured."""
+"""Lowest confidence of joints between which bones are measured."""
 _LEAST_DOUBTS = 3
 
 
@@ -39,7 +39,7 @@ class TakePerformer:
     """A performer of a take.
 
     Attributes:
-        number: of who is known from before, theirs; others count on, in the order in which they came in, from 1.
+        number: that of a performer known from before; others are numbered in the order in which they came in, from 1.
         frames: by camera, in device time order, with this performer's body alone.
         calibration: with this performer's proportions.
         undecided_s: spans of stage time [s] in which this performer was not told apart from another.
@@ -61,9 +61,9 @@ class People:
     """Everybody in a take.
 
     Attributes:
-        bystanders: how many others were seen, who held no T-pose and are ignored.
-        left_out: how many held one, but came in after the eighth performer.
-        recorded_s: spans of stage time [s] in which cameras sent frames, whoever they showed.
+        bystanders: number of others who held no T-pose and are ignored.
+        left_out: number of those who held one, but came in after the eighth performer.
+        recorded_s: spans of stage time [s] in which cameras sent frames, of anybody.
     """
 
     performers: tuple[TakePerformer, ...]
@@ -73,7 +73,7 @@ class People:
 
 
 def of_one(frames: Mapping[str, Sequence[CameraFrame]]) -> dict[str, Sequence[CameraFrame]]:
-    """Return the frames that show one body; a calibration is made of them."""
+    """Return the frames that show one body; a calibration uses these."""
     return {name: [frame for frame in mine if not frame.others] for name, mine in frames.items()}
 
 
@@ -84,14 +84,14 @@ def find_people(
     *,
     everybody: bool = False,
 ) -> People:
-    """Return who is in a take.
+    """Return everybody in a take.
 
     Args:
         frames: by camera, in device time order, with all bodies.
-        calibration: places the cameras; its performer is who was alone on the stage for longest. Cameras that it
-            lacks are left out.
+        calibration: places the cameras; its performer is the person who was alone on the stage for longest. Cameras
+            that it lacks are left out.
         known: performers who are known from before; they are recognised by their bones and need no T-pose.
-        everybody: who holds no T-pose is a performer too, measured over the take.
+        everybody: persons without a T-pose are performers too, measured over the take.
     """
     crowd, order, alone = Crowd(), [], {}
     times_s: list[float] = []
@@ -174,7 +174,7 @@ def _body_of(
 
 
 def _bones(frame: CameraFrame) -> NDArray[np.float64]:
-    """Return the lengths of a body's bones [m], shape (21,), both sides as one; NaN = not surely seen."""
+    """Return the lengths of a body's bones [m], shape (21,), both sides as one; NaN = not clearly seen."""
     sure = np.where((frame.confidence >= _SURE)[:, None], frame.positions, np.nan)
     lengths = np.linalg.norm(sure - sure[np.maximum(PARENTS, 0)], axis=1)
     both = np.stack([lengths, lengths[MIRROR]])
@@ -196,7 +196,7 @@ def _frames_of(
 def _measured(
     calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]], *, everybody: bool
 ) -> Calibration | None:
-    """Return the calibration with a person's proportions; None where they hold no T-pose and need one."""
+    """Return the calibration with a person's proportions; None if they hold no T-pose but need one."""
     seen = any(len(mine) >= LEAST_FRAMES and _lasts_s(mine) >= LEAST_SPAN_S for mine in frames.values())
     if not (everybody and seen) and find_tpose(walk_of(calibration, frames), _UP) is None:
         return None
@@ -209,10 +209,10 @@ def _lasts_s(frames: Sequence[CameraFrame]) -> float:
 
 
 def recognise(bones_m: Sequence[NDArray[np.float64]], known: Sequence[KnownPerson]) -> dict[int, KnownPerson]:
-    """Return who of those that were seen is who of the known ones, by index: all together, the most alike bones.
+    """Return the known performers among the persons seen, by index: the joint assignment with the most similar bones.
 
     Args:
-        bones_m: of everybody who was seen, see `FollowedPerson.bones_m`, shape (21,) each.
+        bones_m: of each person seen, see `FollowedPerson.bones_m`, shape (21,) each.
         known: performers.
     """
     from scipy.optimize import linear_sum_assignment  # slow to load, as in `crowd`

@@ -4,5 +4,5 @@
 `calibration` the result of calibrating, `poses` and `solve_metrics` the result of a solve.
 
 Rooms: `cameras` (lenses and depth images), `triangulation` (joints from pictures without depth), `settings` (every
-switch), `performers` (what is chosen for each) and `human` (the humanoid model).
+switch), `performers` (choices for each) and `human` (the humanoid model).
 """

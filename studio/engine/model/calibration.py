@@ -43,7 +43,7 @@ class Performer:
         return float(self.offsets_m[INDEX["hips"], 2])
 
     def trunk_shares(self) -> tuple[float, float]:
-        """Where the hips and the neck are between hip joints and shoulders; see `joints.USUAL_TRUNK`."""
+        """Places of the hips and the neck between hip joints and shoulders; see `joints.USUAL_TRUNK`."""
         at = self.offsets_m[:, 2].copy()
         for joint, parent in enumerate(PARENTS.tolist()):
             at[joint] = at[joint] + at[parent] if parent >= 0 else 0.0
@@ -59,8 +59,8 @@ class Performer:
         return {name: self.bone_m(name) for name in CANONICAL if name != "hips"}
 
     def reach_m(self) -> NDArray[np.float64]:
-        """How far each joint reaches from the shoulder or hip that carries it [m], shape (21,); infinite for those of
-        the trunk."""
+        """Reach of each joint from the shoulder or hip that carries it [m], shape (21,); infinite for those of the
+        trunk."""
         reach = np.zeros(len(CANONICAL))
         for joint, (root, parent) in enumerate(zip(LIMB_ROOTS.tolist(), PARENTS.tolist(), strict=True)):
             if joint != root:
@@ -69,7 +69,7 @@ class Performer:
 
 
 def trunk_of(performer: Performer | None) -> tuple[float, float]:
-    """Return where a performer's hips and neck are in pictures, as `joints.USUAL_TRUNK`, which an unknown one has."""
+    """Return the places of a performer's hips and neck in pictures, `joints.USUAL_TRUNK` for an unknown performer."""
     return USUAL_TRUNK if performer is None else performer.trunk_shares()
 
 
@@ -80,7 +80,7 @@ class CameraCalibration:
     Attributes:
         T_stage_camera: 4x4, camera points to stage points [m].
         clock: maps the camera's clock to the stage clock (the reference camera's).
-        depth_bias_m: how far the camera's joints lie towards it from the joint centres, along the ray [m].
+        depth_bias_m: distance of the camera's joints from the joint centres towards the camera, along the ray [m].
         residual_median_mm, residual_p95_mm, residual_pairs: disagreement with the reference camera, over all
             joints that both report, on blocks that were not used for the fit.
         coverage: share of the walked volume that the camera saw, 0..1.
@@ -89,9 +89,9 @@ class CameraCalibration:
         verdict: `good`, `usable` or `refused`; `reasons` says why.
         disagrees: spans of stage time [s] in which the camera did not agree with the others. Neither the calibration
             nor its residuals use them.
-        lens: of a camera whose frames are landmarks in pictures; None for cameras of points.
-        readout_ms: time in which such a camera reads a picture, from the first row to the last; its stamps are those
-            of the middle row. 0 = all rows at once, or not known.
+        lens: of a camera whose frames are landmarks in pictures; None for cameras that measure points.
+        readout_ms: time in which a camera with pictures reads one, from the first row to the last; its stamps are
+            those of the middle row. 0 = all rows at once, or not known.
     """
 
     T_stage_camera: NDArray[np.float64]
@@ -140,7 +140,7 @@ class LensJson(TypedDict):
 class CameraJson(TypedDict):
     """A `CameraCalibration` as stored; figures that were not measured are null.
 
-    `time_offset_ms` and `clock_drift_ppm` say how far the camera's clock is ahead of the stage clock.
+    `time_offset_ms` and `clock_drift_ppm` are those of the camera's clock ahead of the stage clock.
     """
 
     T_stage_camera: list[list[float]]
@@ -185,8 +185,8 @@ class Calibration:
     """A stage's calibration. `cameras` keeps the order of the cameras; `performer` is None until measured.
 
     Attributes:
-        floor_given: the floor was known without the feet (depth cameras saw it, or an earlier calibration had it),
-            and the heights of the performer's soles were measured over it.
+        floor_given: the floor was known without the feet (from depth cameras or an earlier calibration), and the
+            heights of the performer's soles were measured over it.
     """
 
     reference: str
@@ -200,7 +200,7 @@ class Calibration:
 
     @property
     def given(self) -> bool:
-        """Whether the cameras were placed by other means (boards, tapes): no disagreement of theirs was measured."""
+        """Whether the cameras were placed by other means (boards, tapes), without measured disagreement."""
         return all(camera.residual_median_mm is None for camera in self.cameras.values())
 
     def reasons(self) -> list[str]:
@@ -285,7 +285,7 @@ def _lens_to_json(lens: Lens) -> LensJson:
 
 
 def lens_from_json(value: dict[str, Any]) -> Lens:
-    """Return a lens as `intrinsics` have it.
+    """Return the lens in `intrinsics`.
 
     Raises:
         KeyError, TypeError, ValueError: it is none.

@@ -21,13 +21,13 @@ class HandSeen:
 
 @dataclass(frozen=True)
 class PictureJoints:
-    """Canonical joints in a picture: what a camera that sees no depth knows of them.
+    """Canonical joints in a picture of a camera without depth.
 
     Attributes:
         width, height: size of the picture [pixels].
         pixels: column and row, shape (21, 2); NaN = unseen. The centre of the first pixel is (0, 0).
-        world_m: the joints about the middle of the hips, in the picture's axes (x right, y down, z away), as one
-            picture alone lets them be guessed, shape (21, 3); NaN = not guessed.
+        world_m: the joints relative to the middle of the hips, in the picture's axes (x right, y down, z away),
+            guessed from one picture, shape (21, 3); NaN = not guessed.
         hands: pixels of the 21 landmarks of the left and the right hand, shape (2, 21, 2), NaN = not seen; None =
             neither is.
         face: pixels of the face's landmarks (`human.face`), shape (11, 2), NaN = not seen; None = none is.
@@ -41,7 +41,7 @@ class PictureJoints:
     face: NDArray[np.float64] | None = None
 
     def of_body(self, trunk: tuple[float, float]) -> "PictureJoints":
-        """Return it with hips and neck where a body has them, which pictures do not show; see `joints.on_trunk`."""
+        """Return it with the hips and neck of a body, which pictures do not show; see `joints.on_trunk`."""
         return replace(self, pixels=on_trunk(self.pixels, trunk), world_m=on_trunk(self.world_m, trunk))
 
 
@@ -57,8 +57,7 @@ class CameraFrame:
         confidence: shape (21,), 0..1; 0 = unseen.
         hands: hand states that came with the frame.
         head_wxyz: measured head orientation in the camera frame, where known.
-        picture: the joints of a camera without depth, whose `positions` are NaN; `confidence` is how visible they
-            are.
+        picture: the joints of a camera without depth, whose `positions` are NaN; `confidence` is their visibility.
         body: the device's own number of the body, which changes when the device loses it.
         others: further bodies that the camera saw at the same moment.
     """
@@ -110,9 +109,9 @@ class Reading:
         offset_s: its time minus that of the frame set [s].
         positions: shape (21, 3) [m]; NaN = unseen.
         confidence: shape (21,).
-        along_m: standard deviation of the positions along the camera's rays [m], of a camera that sees no depth: the
-            positions only say which ray each joint lies on. None = as depth cameras measure.
-        behind_m: how far each joint is behind the hips, as the picture of such a camera alone lets it be guessed [m],
+        along_m: standard deviation of the positions along the rays of a camera without depth [m]; the positions only
+            give the ray of each joint. None = a depth camera.
+        behind_m: distance of each joint behind the hips, guessed from the picture of a camera without depth [m],
             shape (21,); NaN = not guessed. None = nothing is guessed.
     """
 
@@ -125,10 +124,10 @@ class Reading:
 
 
 DRAWN = 1.1
-"""A place so many times as far as a limb reaches draws nothing but the limb."""
+"""A place at this multiple of a limb's reach moves only the limb."""
 
 CARRIES_M = 1e-3
-"""A hinge carries a shoulder or hip that it moves by more than this [m/rad]; its own hinges pass through it."""
+"""A hinge carries a shoulder or hip that it moves by more than this [m/rad]; the joint's own axes pass through it."""
 
 
 @dataclass(frozen=True)
@@ -137,10 +136,10 @@ class Pinned:
 
     Attributes:
         place_m: stage frame [m], shape (..., 21, 3); 0 where there is none.
-        radius_m: how far from it they may be [m], shape (..., 21).
+        radius_m: largest allowed distance from it [m], shape (..., 21).
         information: inverse variance [1/m2], shape (..., 21); 0 = not pinned.
-        reach_m: how far each joint reaches from its shoulder or hip [m], shape (21,); infinite for the trunk's. A
-            place beyond is approached up to there.
+        reach_m: reach of each joint from its shoulder or hip [m], shape (21,); infinite for the trunk's. A place out
+            of reach is approached up to it.
     """
 
     place_m: NDArray[np.float64]
@@ -165,8 +164,8 @@ class Pinned:
         return replace(self, place_m=self.place_m + np.array([0.0, 0.0, up_m]))
 
     def rows(self, sites: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the information on joints [1/m2], shape (..., 21), 0 within the radius; and the way from them to the
-        nearest place that is allowed [m], shape (..., 21, 3).
+        """Return the information on joints [1/m2], shape (..., 21), 0 within the radius; and the vector from them to
+        the nearest allowed place [m], shape (..., 21, 3).
 
         Args:
             sites: the joints of a pose [m], shape (..., 21, 3).
@@ -182,8 +181,8 @@ class Pinned:
         return self.information * active, left[..., None] * away
 
     def moving(self, sites: NDArray[np.float64], jacobians: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the joints' Jacobians, shape (..., 63, nv), by what may move towards the places: the further a place
-        is out of reach, the less the rest of the body follows, until only the limb does.
+        """Return the joints' Jacobians, shape (..., 63, nv), for the pull to the places. The further a place is out
+        of reach, the less the rest of the body follows, until only the limb does.
 
         Args:
             sites: as in `rows`.
@@ -197,7 +196,7 @@ class Pinned:
         each = jacobians.reshape(*sites.shape, -1)
         carries = (
             np.abs(each[..., LIMB_ROOTS, :, :]).max(axis=-2) > CARRIES_M
-        )  # what moves the shoulder or hip
+        )  # degrees of freedom that move the shoulder or hip
         kept = np.where(far[..., None] & carries, share[..., None], 1.0)
         return (each * kept[..., None, :]).reshape(jacobians.shape)
 
@@ -215,16 +214,16 @@ class FrameSet:
         hands: hand states of the newest frame of each camera.
         head_wxyz: head orientation in the stage frame, from the first camera that measured it.
         readings: cameras' frames around the instant that no earlier frame set contains.
-        rays: cameras that see no depth, shape (camera_count,): `positions` lie on their rays where the cameras
+        rays: cameras that see no depth, shape (camera_count,); their `positions` lie on their rays where the cameras
             together place the joint, and are NaN where they cannot. Empty = none.
         hand_rays: points on the rays of the hands' landmarks, left and right, shape (camera_count, 2, 21, 3) [m],
             NaN = unseen; None = no camera sees a hand's landmarks.
         face_rays: points on the rays of the face's landmarks, shape (camera_count, 11, 3) [m]; else as `hand_rays`.
         pinned: joints whose place an operator knows, at this instant; None = none.
-        touches: contacts of other joints that an operator says: joint, touched joint or None for the floor, and
-            inverse variance [1/m2].
-        stands: feet of which an operator says that they stand (1) or do not (-1): left ankle and toe, right ankle and
-            toe, shape (4,); None = nothing.
+        touches: contacts of other joints, set by an operator: joint, touched joint or None for the floor, and inverse
+            variance [1/m2].
+        stands: feet that stand (1) or do not (-1), set by an operator: left ankle and toe, right ankle and toe, shape
+            (4,); None = none set.
     """
 
     stage_time_ns: int
@@ -271,8 +270,8 @@ class StepResult:
     None without inverse kinematics. `root_height_m` is as in `Poses`, set where finishing has put the take on its
     soles. `performer` is the number of the performer, from 1 in the order in which they came in; `undecided`: they
     could not be told apart from another. `others` are the steps of further performers at the same instant.
-    `strangers` are the joints of those who are no performers, shape (21, 3) each, stage frame [m]. `timecode` is that
-    of the instant, where some comes in. `bodies` and `markers` are what another system sees at it.
+    `strangers` are the joints of persons who are not performers, shape (21, 3) each, stage frame [m]. `timecode` is
+    that of the instant, if timecode arrives. `bodies` and `markers` are those of another system at the instant.
     """
 
     frame_set: FrameSet

@@ -66,8 +66,8 @@ MEASURED_JOINTS: tuple[str, ...] = (
 """The joints of the mean `mpjpe_mm`: 15 with the neck."""
 
 USUAL_TRUNK = (0.119, 0.970)
-"""Where the hips and the neck are on the line from between the hip joints (0) to between the shoulders (1), where
-nothing shows them: as in HumanIK's default character. Its hips are 6.3 cm above its hip joints, its neck is 1.6 cm
+"""Places of hips and neck that nothing shows, on the line from the middle of the hip joints (0) to the middle of the
+shoulders (1): those of HumanIK's default character. Its hips are 6.3 cm above its hip joints, its neck is 1.6 cm
 below its shoulders, and 52.9 cm lie between those."""
 
 
@@ -163,15 +163,15 @@ def _matrix(joint_set: str) -> NDArray[np.float64]:
             matrix[INDEX["hips"]] += matrix[INDEX[f"{side}_hip"]]
     total = matrix.sum(axis=1, keepdims=True)
     matrix = np.divide(matrix, total, out=np.zeros_like(matrix), where=total > 0)
-    return on_trunk(matrix) if joint_set == "mediapipe" else matrix  # that has neither hips nor neck
+    return on_trunk(matrix) if joint_set == "mediapipe" else matrix  # mediapipe has neither hips nor neck
 
 
 def on_trunk(joints: NDArray[np.float64], shares: tuple[float, float] = USUAL_TRUNK) -> NDArray[np.float64]:
-    """Return joints with hips and neck on the line from between the hip joints to between the shoulders.
+    """Return joints with hips and neck on the line from the middle of the hip joints to that of the shoulders.
 
     Args:
         joints: canonical joints in any frame, of any number of values each, shape (..., 21, n); NaN = unseen.
-        shares: where on that line the hips and the neck are, as `USUAL_TRUNK`.
+        shares: places of the hips and the neck on that line, as `USUAL_TRUNK`.
     """
     out = joints.copy()
     low, high = (

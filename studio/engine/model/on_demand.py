@@ -1,4 +1,4 @@
-"""Lists of frames that are made when they are asked for, because an hour of three cameras does not fit in memory."""
+"""Lists of frames that are made when requested, because an hour of three cameras does not fit in memory."""
 
 from abc import abstractmethod
 from collections.abc import Sequence

@@ -34,7 +34,7 @@ class Poses:
         rotations_wxyz: unit quaternions of the joints' world rotations, shape (frame_count, joint_count, 4).
         confidence: 0..1, shape (frame_count, joint_count).
         uncertainty_mm: radius of the 90 % ball, shape (frame_count, joint_count); NaN = not measured.
-        root_height_m: height of the root over the floor in the T-pose with the soles on the floor; None = not known.
+        root_height_m: height of the root over the floor in the T-pose with the soles on the floor; None = unknown.
     """
 
     time_s: NDArray[np.float64]

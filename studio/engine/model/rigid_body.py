@@ -1,4 +1,4 @@
-"""What another system tracks on the stage: rigid bodies (a tracker, a controller, a thing that is held), markers."""
+"""Rigid bodies (a tracker, a controller, a held object) and markers that another system tracks on the stage."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -13,8 +13,8 @@ class RigidShape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Attributes:
         kind: `box`, `cylinder` or `sphere`.
-        size_cm: of a box its three edges x, y, z; of a cylinder its diameter and length; of a sphere its diameter.
-        axis: along which a cylinder lies.
+        size_cm: a box's three edges x, y, z; a cylinder's diameter and length; a sphere's diameter.
+        axis: axis of a cylinder.
     """
 
     kind: Literal["box", "cylinder", "sphere"]
@@ -38,11 +38,11 @@ class PlacedBody:
     """A rigid body at an instant.
 
     Attributes:
-        name: as its system calls it.
+        name: its name in its system.
         position_m: stage frame [m], shape (3,).
         rotation_wxyz: shape (4,).
-        use: `reference`, `prop` or `evidence`; "" = not said.
-        shape: None = not known.
+        use: `reference`, `prop` or `evidence`; "" = not set.
+        shape: None = unknown.
     """
 
     name: str

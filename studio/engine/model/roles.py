@@ -48,7 +48,7 @@ _ONE_LETTER = re.compile(
     "[lr](hip|femur|tibia|foot|toes|clavicle|humerus|radius|wrist|hand|fingers|thumb|thigh|shin|shldr|collar|"
     "forearm|hipjoint)"
 )
-"""Names in one word after the letter of their side, as in CMU's ASF files."""
+"""Names of one word after the letter of their side, as in CMU's ASF files."""
 
 _NUMBERED = re.compile(r"finger(\d)")
 _NOT_BONES = ("twist", "roll", "ik", "end", "site", "nub", "tip", "socket", "helper", "ctrl", "joint")

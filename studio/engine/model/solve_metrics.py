@@ -7,7 +7,7 @@ from studio.engine.model.spans import SpanJson
 
 
 class CameraMoveJson(TypedDict):
-    """How far a camera was moved [mm] and turned [deg] before depth was tracked, and where it was taken to stand."""
+    """Distance [mm] and angle [deg] by which a camera was moved before depth was tracked, and its assumed place."""
 
     T_stage_camera: list[list[float]]
     moved_mm: float
@@ -15,28 +15,28 @@ class CameraMoveJson(TypedDict):
 
 
 class ExchangeJson(TypedDict):
-    """From this stage time on [s] two performers are exchanged."""
+    """Exchange of two performers from this stage time on [s]."""
 
     time_s: float
     performers: list[str]
 
 
 class CameraExchangeJson(TypedDict):
-    """From this stage time on [s] a camera has left and right exchanged, or no longer."""
+    """Stage time [s] from which a camera has left and right exchanged, or no longer."""
 
     camera: str
     time_s: float
 
 
 class MendedJson(TypedDict):
-    """What cameras said that a pin proved wrong.
+    """An error of cameras that a pin proved.
 
     Attributes:
-        joints: that were wrong, the nearest to the trunk first.
-        cameras: that were wrong; none: no camera saw the joint.
-        start_s, end_s: from when to when, stage time [s].
-        exchanges: of cameras meanwhile; the other limb was wrong from there on.
-        guessed: away from the pins the joint is where it most likely was, because nothing tells of it.
+        joints: the joints that were wrong, the nearest to the trunk first.
+        cameras: the cameras that were wrong; none = no camera saw the joint.
+        start_s, end_s: begin and end, stage time [s].
+        exchanges: exchanges of left and right by cameras meanwhile; from then on the other limb was wrong.
+        guessed: away from the pins the joint was unknown, and was put where it most likely was.
     """
 
     joints: list[str]
@@ -48,15 +48,15 @@ class MendedJson(TypedDict):
 
 
 class EditJson(TypedDict, total=False):
-    """What became of an edit in a solve, in `metrics.json`.
+    """The outcome of an edit in a solve, in `metrics.json`.
 
     Attributes:
-        honoured: whether the solve is as the edit says.
-        missed_mm: of a pin, how far its joint is off its place, or off its radius, at the most.
-        missed_deg: the same of a direction.
-        line: one line, for people, where it was not honoured.
+        honoured: whether the solve follows the edit.
+        missed_mm: for a pin, the largest distance of its joint from its place, beyond its radius.
+        missed_deg: the same for a direction.
+        line: one line, for people, if it was not honoured.
         said: the line with its code.
-        mended: of a pin, what it found wrong and mended; absent where it found nothing.
+        mended: for a pin, the errors that it found and mended; absent without any.
     """
 
     honoured: bool
@@ -68,7 +68,7 @@ class EditJson(TypedDict, total=False):
 
 
 class RetimeJson(TypedDict):
-    """A part that goes faster or slower in a solve: its keys of `edits.json`, in stage time."""
+    """A part that is faster or slower in a solve: its keys of `edits.json`, in stage time."""
 
     start_s: float
     end_s: float
@@ -85,20 +85,20 @@ class SolveMetrics(TypedDict, total=False):
         not_followed: by joint `share`, `longest_s`, `largest_mm`, `unseen_share`.
         disagrees, cameras_moved: by camera.
         physics_figures: means over the frames, as `_before` and `_after`.
-        performers: of a take with several, each one's own figures, by name.
+        performers: for a take with several, the figures of each, by name.
         undecided_s: spans of stage time [s], from and to, in which this performer was not told apart from another.
-        recorded_s: of a take with several, spans of stage time [s] in which cameras sent frames.
-        people: one line, for people: what becomes of cameras without depth where several bodies are seen.
-        exchanges: of performers by the operator, as the solve made them.
+        recorded_s: for a take with several, spans of stage time [s] in which cameras sent frames.
+        people: one line, for people: the use of cameras without depth where several bodies are seen.
+        exchanges: exchanges of performers by the operator, as the solve made them.
         bystanders: people who held no T-pose and were left out.
-        edits: what became of each edit that is on, by its id; missing without any.
-        edits_revision: of the take's list of edits that the solve honoured; missing where it honoured none.
-        edits_said: one line, for people: why the edits were not used, or that they were carried to another
+        edits: the outcome of each edit that is on, by its id; missing without any.
+        edits_revision: revision of the take's list of edits that the solve honoured; missing where it honoured none.
+        edits_said: one line, for people: why the edits were not used, or that they were converted to another
             calibration.
         said: the lines for people that have one, with their codes.
         seams_s: of a spliced take, begin and end of each seam [s].
-        retimed: parts that go faster or slower, whose solve has another time than the stage.
-        left_out: people who held one but came in after the eighth performer; missing where there are none.
+        retimed: parts that are faster or slower, whose solve has another time than the stage.
+        left_out: people who held a T-pose but came in after the eighth performer; missing without any.
     """
 
     frames: int

@@ -24,7 +24,7 @@ class Span:
     """A span of time in which a camera's joints were away from the other cameras': from and to [s], and how far [m].
 
     `to_s` is None where the cameras did not agree again before the frames ended. `named`: at least two others show
-    that this camera differs; of two cameras, neither can be named.
+    that this camera is the one that differs; with two cameras, neither can be named.
     """
 
     from_s: float

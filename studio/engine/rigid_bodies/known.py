@@ -1,4 +1,4 @@
-"""What an operator says of rigid bodies: where their system stands, what each is, and its shape."""
+"""An operator's knowledge of rigid bodies: the place of their system, and the use and shape of each."""
 
 from typing import Literal
 
@@ -21,7 +21,7 @@ _FARTHEST_M = 1000.0
 
 
 class BodyPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where another system's origin stands on the stage [m], and how it is turned about the vertical [degrees]."""
+    """Place of another system's origin on the stage [m], and its turn about the vertical [degrees]."""
 
     x_m: float = 0.0
     y_m: float = 0.0
@@ -47,15 +47,15 @@ class BodyPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class KnownBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a rigid body is.
+    """Use and shape of a rigid body.
 
     Attributes:
-        name: as its system calls it.
-        use: `reference`: solves are measured against it; `prop`: a thing, exported as such; `evidence`: it holds its
+        name: its name in its system.
+        use: `reference`: solves are measured against it; `prop`: an object, exported as one; `evidence`: it holds its
             joint in place in solves.
-        joint: the canonical joint it sits on, or the hand that holds it; "" = none.
-        performer: whose joint.
-        shape: None = not known.
+        joint: the canonical joint that it sits on, or the hand that holds it; "" = none.
+        performer: the performer with this joint.
+        shape: None = unknown.
     """
 
     name: str
@@ -66,11 +66,11 @@ class KnownBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Tie(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How a body sits on its joint, as it was measured.
+    """Measured place of a body on its joint.
 
     Attributes:
         offset_m: from the body's origin to the joint, in the body's axes [m].
-        residual_mm: median distance between the joint and where the body puts it.
+        residual_mm: median distance between the joint and its place by the body.
     """
 
     offset_m: tuple[float, float, float]
@@ -78,14 +78,14 @@ class Tie(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class TakeBodies(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What the rigid bodies of a take are.
+    """The rigid bodies of a take.
 
     Attributes:
-        place: where their system stands.
-        bodies: what each is; one that is not named is only shown.
-        later_s: how much later than they came their readings count [s]: what the network and their system take.
-        ties: how bodies sit on their joints, by name; measured against a solve.
-        calibration: number of the take's calibration under which the place holds; None = the stage's own.
+        place: place of their system.
+        bodies: use and shape of each; a body that is not listed is only shown.
+        later_s: time added to the arrival of their readings [s], for the delay of the network and their system.
+        ties: places of bodies on their joints, by name; measured against a solve.
+        calibration: number of the take's calibration for which the place holds; None = the stage's own.
         markers: the canonical joints on which markers sit, by the marker's name.
     """
 
@@ -97,7 +97,7 @@ class TakeBodies(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     markers: dict[str, str] = {}
 
     def named(self, name: str) -> KnownBody | None:
-        """Return what a body is; None where nothing is said of it."""
+        """Return a body's use and shape; None if it is not listed."""
         return next((one for one in self.bodies if one.name == name), None)
 
 
@@ -122,7 +122,7 @@ def shape_of(text: str) -> RigidShape:
 
 
 def check_bodies(bodies: tuple[KnownBody, ...], place: BodyPlace) -> None:
-    """Raise what is wrong with bodies and the place of their system.
+    """Check bodies and the place of their system.
 
     Raises:
         SettingsError: a value that is not allowed.

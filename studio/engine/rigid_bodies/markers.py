@@ -1,4 +1,4 @@
-"""Markers that another system tracks: those with a name over a take, and the places of those without."""
+"""Markers that another system tracks: named ones over a take, and the places of those without a name."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from studio.engine.rigid_bodies.reading import BodyAxes, points_to_stage_axes
 
 MOST_MARKERS = 512
 MOST_APART_S = 0.1
-"""Markers are known for so long about a reading, and between readings not further apart than twice this."""
+"""Markers are known within this time of a reading, and between readings at most twice this time apart."""
 
 Place = tuple[float, float, float]
 
@@ -23,8 +23,8 @@ class MarkersReading(msgspec.Struct, frozen=True, array_like=True):
     """The markers of an instant, in the axes of their system.
 
     Attributes:
-        names: of those with a name, such as `Anna:LKNE`, each once.
-        positions_m: where these are [m].
+        names: names of the named ones, such as `Anna:LKNE`, each once.
+        positions_m: their places [m].
         loose_m: places of markers without a name [m].
     """
 
@@ -47,11 +47,11 @@ class MarkerTracks:
     """Markers over a take, in axes with z up.
 
     Attributes:
-        names: of those with a name.
+        names: names of the named ones.
         time_s: stage time of each reading [s], shape (n,), increasing.
-        positions_m: of these, shape (n, name_count, 3); NaN = not seen.
-        loose_counts: how many without a name each reading has, shape (n,).
-        loose_m: all of these, reading after reading, shape (sum of counts, 3).
+        positions_m: places of the named ones, shape (n, name_count, 3); NaN = not seen.
+        loose_counts: number of markers without a name in each reading, shape (n,).
+        loose_m: places of all of these, reading after reading, shape (sum of counts, 3).
     """
 
     names: tuple[str, ...] = ()
@@ -75,7 +75,7 @@ class MarkerTracks:
         )
 
     def at(self, time_s: float) -> PlacedMarkers | None:
-        """Return the markers that were seen nearest to a stage time [s]; None where none were about it."""
+        """Return the markers of the reading nearest to a stage time [s]; None if none is near."""
         if not len(self.time_s):
             return None
         k = int(np.abs(self.time_s - time_s).argmin())
@@ -118,7 +118,7 @@ class MarkerGatherer:
         self._readings: list[tuple[int, NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]] = []
 
     def add(self, time_ns: int, axes: BodyAxes, reading: MarkersReading) -> None:
-        """Add what came at a time on the server's clock [ns]."""
+        """Add a reading that arrived at a time on the server's clock [ns]."""
         columns = self._known.get(reading.names)
         if columns is None:
             new = [self._columns.setdefault(name, len(self._columns)) for name in reading.names]

@@ -1,4 +1,4 @@
-"""Rigid bodies as evidence: each pins its joint in every frame in which it is seen, beside the pins of edits."""
+"""Rigid bodies as evidence: each pins its joint in every frame in which it is seen, in addition to edits' pins."""
 
 from collections.abc import Mapping, Sequence
 
@@ -15,11 +15,11 @@ from studio.engine.rigid_bodies.tie import joint_places_m
 from studio.engine.rigid_bodies.tracks import BodyTrack
 
 SIGMA_M = 0.015
-"""Standard deviation of a joint from where its body puts it [m]: skin and straps move."""
+"""Standard deviation of a joint from its place by the body [m]: skin and straps move."""
 
 
 def pinned_by(told: Mapping[str, Sequence[float]], performer: Performer | None) -> Pinned:
-    """Return what bodies pin at an instant: `told` has by canonical joint the place where they put it [m]."""
+    """Return the joints that bodies pin at an instant; `told`: by canonical joint, its place by the body [m]."""
     place, information = np.zeros((JOINT_COUNT, 3)), np.zeros(JOINT_COUNT)
     for joint, where in told.items():
         if joint in INDEX:
@@ -34,7 +34,7 @@ class BodyPins(Pins):
     Args:
         edits: of the performer.
         performer: their proportions; None = not known.
-        bodies: by canonical joint, the motion of its body on the stage, and how it sits.
+        bodies: by canonical joint, the motion of its body on the stage, and its tie to the joint.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class BodyPins(Pins):
         return bool(self._bodies) or super().__bool__()
 
     def at(self, time_s: NDArray[np.float64], dt: float) -> Pinned:
-        """Return what is pinned in frames: an edit's pin counts more than a body, as it is nine times as exact."""
+        """Return the pinned joints in frames; an edit's pin has nine times the information of a body."""
         of_edits = super().at(time_s, dt)
         place, radius = of_edits.place_m.copy(), of_edits.radius_m.copy()
         information = of_edits.information.copy()
@@ -66,7 +66,7 @@ class BodyPins(Pins):
         return Pinned(place, radius, information, of_edits.reach_m)
 
     def between(self, begin_s: float, end_s: float) -> Pinned | None:
-        """Return what is pinned after `begin_s` up to `end_s` [s], without an axis of frames; None = nothing."""
+        """Return the pinned joints after `begin_s` up to `end_s` [s], without an axis of frames; None = none."""
         middle = 0.5 * (begin_s + end_s)
         found = self.at(np.array([middle]), end_s - begin_s)
         if not found.information.any():

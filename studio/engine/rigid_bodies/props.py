@@ -1,7 +1,7 @@
-"""Props: rigid bodies as things with a skeleton of their own, tied to the hand that holds them.
+"""Props: rigid bodies as objects with a skeleton of their own, tied to the hand that holds them.
 
-A prop is held while a hand is near its surface. Its system sees how it is turned better than the solve sees the hand,
-so its rotation stays. Its place is where the hand puts it: the grip, from the prop's origin to the hand in the prop's
+A prop is held while a hand is near its surface. Its system measures its rotation better than the solve measures the
+hand, so the rotation stays. Its place follows the hand: the grip, from the prop's origin to the hand in the prop's
 axes, is constant while it is held. A hand that slides along (`SLIDES_M`) has a grip smoothed over a second instead.
 Where a held prop is not seen for up to `UNSEEN_S`, it turns with the hand.
 """
@@ -20,11 +20,11 @@ from studio.engine.rigid_bodies.tracks import BodyTrack
 
 HANDS = ("left_hand", "right_hand")
 NEAR_M, FAR_M = 0.10, 0.16
-"""A hand this near to the surface takes a prop, and lets go of it this far away."""
+"""Distance from the surface at which a hand takes a prop, and at which it releases it."""
 
 LEAST_S, EASE_S, GRIP_S = 0.3, 0.15, 1.0
 SLIDES_M = 0.06
-"""A hand whose grip changes by more slides along the prop."""
+"""A hand slides along the prop if its grip changes by more than this."""
 
 UNSEEN_S = 1.0
 _LEAST_LENGTH_M = 0.05
@@ -39,13 +39,13 @@ def prop_poses(
 ) -> Poses:
     """Return a prop as a skeleton of two joints, its origin and the end of its longest axis, at a solve's instants.
 
-    Where it was not seen it goes straight on, with confidence 0.
+    Where it was not seen, it is interpolated, with confidence 0.
 
     Args:
-        name: of the prop; joints are named so, with `_end`.
+        name: of the prop; its joints have this name, and this name with `_end`.
         track: its motion on the stage.
-        shape: None = not known.
-        performers: whose hands may hold it; the first one's instants are those of the prop.
+        shape: None = unknown.
+        performers: poses of those who may hold it; the first one's instants are those of the prop.
         hands: canonical joints that may hold it.
     """
     time_s = performers[0].time_s
@@ -121,7 +121,7 @@ def held_by(
 
 
 def _held_grip(grip: NDArray[np.float64], seen: NDArray[np.bool_], second: int) -> NDArray[np.float64]:
-    """Return the grip of a span, in which the prop was seen in some frames: one for all, or slowly changing."""
+    """Return the grip over a span with some frames in which the prop was seen: constant, or slowly changing."""
     steady = np.median(grip[seen], axis=0)
     numbers = np.arange(len(grip))
     filled = np.stack([np.interp(numbers, numbers[seen], column[seen]) for column in grip.T], axis=1)
@@ -133,7 +133,7 @@ def _held_grip(grip: NDArray[np.float64], seen: NDArray[np.bool_], second: int) 
 def _with_hand(
     hand_wxyz: NDArray[np.float64], turns_wxyz: NDArray[np.float64], seen: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Return a prop's rotations, in frames in which it was not seen by those of the hand that holds it."""
+    """Return a prop's rotations; in frames in which it was not seen, from those of the hand that holds it."""
     if seen.all():
         return turns_wxyz
     numbers = np.arange(len(seen))
@@ -146,13 +146,13 @@ def _with_hand(
 def held_spans(
     away_m: NDArray[np.float64], seen: NDArray[np.bool_], least: int, unseen: int
 ) -> list[tuple[int, int]]:
-    """Return the frames, first and behind the last, in which a hand holds a prop.
+    """Return the spans of frames, first and one past the last, in which a hand holds a prop.
 
     Args:
-        away_m: of the hand from the surface [m], shape (n,).
+        away_m: distance of the hand from the surface [m], shape (n,).
         seen: whether the prop was seen, shape (n,).
-        least: shorter ones count for nothing.
-        unseen: for so many frames it is held on without being seen, if the hand has it afterwards.
+        least: shortest span [frames].
+        unseen: most frames for which it stays held unseen, if the hand still holds it afterwards.
     """
     spans, begun, held = [], -1, -1
     for k, (away, there) in enumerate(zip(away_m.tolist(), seen.tolist(), strict=True)):

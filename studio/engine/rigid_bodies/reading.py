@@ -1,7 +1,7 @@
-"""What another system tells of a rigid body, in its own axes, and these axes in those of the stage.
+"""Another system's reading of a rigid body in its own axes, and their conversion to those of the stage.
 
 Stage axes are right-handed with z up. `y_up` is right-handed with y up (Motive), `z_up` needs no change, and `unity`
-is left-handed with y up (VMC, VRChat). A body whose rotation is the identity there has it here too.
+is left-handed with y up (VMC, VRChat). The identity rotation there is the identity here.
 """
 
 from typing import Literal
@@ -17,9 +17,9 @@ class BodyReading(msgspec.Struct, frozen=True, array_like=True):
     """A rigid body at an instant, in the axes of its system.
 
     Attributes:
-        name: as its system calls it.
+        name: its name in its system.
         position_m: place of its origin [m].
-        rotation_xyzw: unit quaternion, as most protocols have it.
+        rotation_xyzw: unit quaternion, in the order of most protocols.
         tracked: whether it was seen; else the place is an old one.
     """
 

@@ -1,9 +1,9 @@
-"""How rigid bodies sit on joints, and where their system stands: measured against a solve of the same take.
+"""Places of rigid bodies on joints, and of their system on the stage, measured against a solve of the same take.
 
-A body on a joint keeps its offset to it, in its own axes. For all bodies on joints together: the place of their
-system (turned about the vertical alone, as both have the vertical), one delay, and an offset for each body are those
-that bring the joints nearest, with outliers weighed down. Turns of the body tell its offset from the place of the
-system: without them only their sum is known, so the offset is held near 0 (`OFFSET_SIGMA_M`).
+A body on a joint keeps its offset to it, in its own axes. A robust least-squares fit of all bodies to their joints
+gives the place of their system (turned about the vertical alone, because both know the vertical), one delay, and an
+offset for each body. Turns of the body separate its offset from the place of the system. Without turns only their sum
+is known, so the offset is held near 0 (`OFFSET_SIGMA_M`).
 """
 
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ _COARSE = 5
 
 @dataclass(frozen=True)
 class Measured:
-    """Where a system of rigid bodies stands, how much later its readings count [s], and how bodies sit on joints."""
+    """Place of a system of rigid bodies, the time added to its readings [s], and the ties of bodies to joints."""
 
     place: BodyPlace
     later_s: float
@@ -45,12 +45,12 @@ def measure_ties(
     *,
     place: BodyPlace | None = None,
 ) -> Measured:
-    """Return how bodies sit on their joints.
+    """Return the place of a system of rigid bodies, its delay, and the ties of bodies to their joints.
 
     Args:
         time_s: stage time of the solve's frames [s], shape (n,).
         joints_m: by body, its joint in the solve, stage frame [m], shape (n, 3).
-        tracks: by body, its motion where its own system has it.
+        tracks: by body, its motion in its own system.
         place: of that system; None = it is measured too.
 
     Raises:
@@ -82,7 +82,7 @@ def measure_ties(
 
 
 class _Problem:
-    """The least squares over yaw, place, delay and offsets."""
+    """The least-squares problem over yaw, place, delay and offsets."""
 
     def __init__(
         self,
@@ -94,7 +94,7 @@ class _Problem:
         self._times_s, self._joints_m, self._tracks, self._place = times_s, joints_m, tracks, place
 
     def first_yaws(self) -> list[float]:
-        """Yaws [rad] to begin from."""
+        """Start values of the yaw [rad]."""
         return [0.0] if self._place is not None else (np.arange(4) * np.pi / 2).tolist()
 
     def read(self, x: NDArray[np.float64]) -> tuple[BodyPlace, float, NDArray[np.float64]]:
@@ -112,7 +112,7 @@ class _Problem:
         return _Problem(times, joints, self._tracks, self._place)
 
     def first(self, yaw: float) -> NDArray[np.float64]:
-        """Return unknowns to begin from with this yaw [rad]."""
+        """Return start values of the unknowns with this yaw [rad]."""
         first = np.concatenate([np.zeros(3), [yaw, 0.0], np.zeros(3 * len(self._tracks))])
         if self._place is None:
             start = BodyPlace(yaw_deg=float(np.degrees(yaw)))
@@ -123,8 +123,8 @@ class _Problem:
         return first
 
     def solved(self, first: NDArray[np.float64]) -> "OptimizeResult":
-        """Return what is found from these unknowns on."""
-        from scipy.optimize import least_squares  # slow to load: not at the start of the server
+        """Return the solution from these start values."""
+        from scipy.optimize import least_squares  # slow to load, so not at the start of the server
 
         low, high = np.full(len(first), -np.inf), np.full(len(first), np.inf)
         low[4], high[4] = LAGS_S
@@ -135,7 +135,7 @@ class _Problem:
     def apart(
         self, k: int, place: BodyPlace, lag_s: float, offset_m: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return the joint less where a body puts it, shape (n, 3) [m]."""
+        """Return the joint minus its place by a body, shape (n, 3) [m]."""
         positions, rotations = self._tracks[k].filled_at(self._times_s[k] - lag_s)
         positions, rotations = place.moved(positions, rotations)
         return self._joints_m[k] - positions - rotate(rotations, np.broadcast_to(offset_m, positions.shape))
@@ -151,6 +151,6 @@ class _Problem:
 
 
 def joint_places_m(track: BodyTrack, tie: Tie, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where a body on the stage puts its joint at these times [m], shape (n, 3); NaN where it is not known."""
+    """Return the places of a joint by its body on the stage at these times [m], shape (n, 3); NaN = unknown."""
     positions, rotations = track.at(time_s)
     return positions + rotate(rotations, np.broadcast_to(np.array(tie.offset_m), positions.shape))

@@ -1,4 +1,4 @@
-"""The motion of rigid bodies over a take, and where each is at any time."""
+"""The motion of rigid bodies over a take, and the place of each at any time."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from studio.engine.rigid_bodies.known import BodyPlace
 from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading, to_stage_axes
 
 MOST_GAP_S = 0.25
-"""Between readings further apart than this a body is not known."""
+"""Longest time between two readings over which a body's place is known."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class BodyTrack:
     rotations_wxyz: NDArray[np.float64]
 
     def at(self, time_s: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return places, shape (m, 3), and rotations, shape (m, 4), at other times; NaN where it is not known."""
+        """Return places, shape (m, 3), and rotations, shape (m, 4), at other times; NaN = unknown."""
         positions, rotations = self.filled_at(time_s)
         after = np.clip(np.searchsorted(self.time_s, time_s), 1, max(len(self.time_s) - 1, 1))
         if len(self.time_s) < 2:
@@ -41,7 +41,7 @@ class BodyTrack:
         return positions, rotations
 
     def filled_at(self, time_s: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the same without gaps: straight through them, and standing still beyond the ends."""
+        """Return the same without gaps: interpolated in them, and standing still beyond the ends."""
         positions = _between(time_s, self.time_s, self.positions_m)
         return positions, normalized(_between(time_s, self.time_s, self.rotations_wxyz))
 
@@ -63,11 +63,11 @@ def _between(
 
 @dataclass(frozen=True)
 class BodyTracks:
-    """The rigid bodies of a take by name, where their own system has them, with z up.
+    """The rigid bodies of a take by name, in their own system, with z up.
 
     Attributes:
         tracks: their motion.
-        on_stage: names of those that the studio's cameras saw: they are in the stage frame, on its clock.
+        on_stage: names of those that the studio's cameras saw, which are in the stage frame and on its clock.
     """
 
     tracks: Mapping[str, BodyTrack] = field(default_factory=dict)

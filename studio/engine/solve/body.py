@@ -84,7 +84,7 @@ class BodySolver:
         return self._filter is not None
 
     def stand_beside(self, other: "BodySolver") -> None:
-        """Stand on the floor that the feet of another performer find, where both find one."""
+        """Use the floor that another performer's feet find, where both solves find one."""
         if self._filter is not None and other._filter is not None:
             self._filter.stand_beside(other._filter)
 
@@ -114,12 +114,12 @@ class BodySolver:
         dt: float,
         followed: Followed | None = None,
     ) -> PoseArrays:
-        """Return the completed pose of a configuration that finishing found; `followed`: hands and head it found."""
+        """Return the completed pose of a configuration from finishing; `followed`: hands and head from finishing."""
         assert self._solver is not None
         return self._completed(*self._posed(self._solver, q), fused, frames, dt, followed)
 
     def add_to(self, smoother: FollowedSmoother, q: NDArray[np.float64], frames: FrameSet, dt: float) -> None:
-        """Give a configuration that finishing found, and what the cameras saw then, to a smoother."""
+        """Add a configuration from finishing, and the cameras' frames of that instant, to a smoother."""
         assert self._solver is not None
         smoother.add(*self._posed(self._solver, q), frames, dt)
 

@@ -1,8 +1,8 @@
-"""The pipeline of everybody on the stage: frames with several bodies to the poses of each performer.
+"""The pipeline of everybody on the stage: from frames with several bodies to the poses of each performer.
 
 As long as cameras show one body, it is the first performer, and there is one `Pipeline` for them. From the first
 frame with several bodies on, `Crowd` decides which body is whose, and each performer has a pipeline of their own.
-Who has no proportions is a stranger and has no poses; `add_performer` makes them a performer.
+A person without proportions is a stranger and has no poses; `add_performer` makes them a performer.
 Like `Pipeline` it is deterministic: the same calls in the same order give the same poses.
 """
 
@@ -26,10 +26,10 @@ from studio.engine.solve.pipeline import Pipeline
 
 _RECENT_S = 1.0
 _ALONE_S = 2.0
-"""Where only the first performer has been seen for this long, they are alone."""
+"""The first performer counts as alone when nobody else has been seen for this long."""
 
 _LIKE_FIRST_M = 2.0 * ALIKE_M
-"""Where others are known, the first performer's bones, as calibrated, are within this of those that cameras show."""
+"""Largest distance of a body's bones from the first performer's calibrated ones, where others are known too."""
 
 _DOUBT_S = 0.1
 _HERE_S = 0.5
@@ -52,8 +52,8 @@ class PeoplePipeline:
 
         Args:
             calibration: its performer is the first one.
-            settings: of every performer, and what differs between them.
-            people: performers who are known from before; ignored without the first one.
+            settings: of every performer, with the differences between them.
+            people: performers known from before; ignored if the first one is not among them.
 
         Raises:
             CalibrationError: the calibration has no performer.
@@ -103,9 +103,9 @@ class PeoplePipeline:
     # --- frames
 
     def add_frame(self, frame: CameraFrame) -> list[Recognised]:
-        """Add a camera's frame; return whose bodies it shows.
+        """Add a camera's frame; return the persons whose bodies it shows.
 
-        Of cameras that see no depth the first body is the first performer's.
+        In frames of cameras without depth, the first body is the first performer's.
         """
         if frame.picture is not None or (self._crowd is None and not frame.others):
             self._first.add_frame(frame)
@@ -148,9 +148,10 @@ class PeoplePipeline:
         return Crowd([FollowedPerson.known(first, last.fused.positions, at_s)], remembers=False)
 
     def _welcome(self, crowd: Crowd, found: list[int | None]) -> None:
-        """Take who comes first for the first performer, where that one has not been here before.
+        """Take the first new person for the first performer, if that one has not been here before.
 
-        Where others are known too, only somebody whose bones are like the first one's and nobody else's who is away.
+        Where others are known too, the person's bones must be like the first one's, and unlike those of anybody else
+        who is away.
         """
         first = next(index for index, one in self._followed.items() if one.number == FIRST)
         if np.isfinite(crowd.people[first].person.last_s):
@@ -178,7 +179,7 @@ class PeoplePipeline:
         return len(self._followed) == 1 and stage_s - max([self._several_s, *others]) > _ALONE_S
 
     def add_performer(self, person: int, proportions: Performer) -> None:
-        """Make a stranger the next performer; nothing changes where there is no such stranger, or are eight."""
+        """Make a stranger the next performer; nothing changes without this stranger, or with eight performers."""
         if self._crowd is None or person in self._followed or person >= len(self._crowd.people):
             return
         if len(self._followed) == MOST_PERFORMERS:
@@ -187,9 +188,9 @@ class PeoplePipeline:
         self._follow(person, number, proportions)
 
     def exchange(self, first: int, second: int) -> None:
-        """Let two performers, by number, each be whom the other was taken for, from now on; their motion begins anew.
+        """Exchange the identities of two performers, by number, from now on, and reset their motion.
 
-        Nothing changes where one of them is not known.
+        Nothing changes where one of them is unknown.
         """
         index = {one.number: index for index, one in self._followed.items()}
         if first not in index or second not in index or first == second:
@@ -219,7 +220,7 @@ class PeoplePipeline:
         self._begin_anew(self._followed.values())
 
     def _begin_anew(self, performers: Iterable[_Followed]) -> None:
-        """Reset the motion of performers, each with the settings of their own; all stand on the first one's floor."""
+        """Reset the motion of performers, each with their own settings; all stand on the first one's floor."""
         for one in performers:
             one.pipeline.set_settings(self._settings_of(one.number))
         for one in self._followed.values():
@@ -236,7 +237,7 @@ class PeoplePipeline:
         A time before that of the last step counts as no time passed.
 
         Args:
-            pinned: by performer (`performer_1`) and joint, where rigid bodies put it now [m].
+            pinned: by performer (`performer_1`) and joint, the place that rigid bodies give it now [m].
         """
         self._last_s = stage_time_ns * 1e-9
         told = pinned or {}
@@ -259,8 +260,8 @@ class PeoplePipeline:
         return bool(doubted) and self._last_s - doubted[-1] < _DOUBT_S
 
     def on_stage(self) -> list[OnStage]:
-        """Return the performers in the order of their numbers, then the strangers who are here; empty where cameras
-        show one body."""
+        """Return the performers in the order of their numbers, then the strangers present; empty where cameras show
+        one body."""
         if self._crowd is None:
             return []
         out: list[OnStage] = []
@@ -273,8 +274,8 @@ class PeoplePipeline:
         return sorted(out, key=lambda one: (one.performer is None, one.performer or 0))
 
     def strangers(self) -> dict[int, NDArray[np.float64]]:
-        """Return the joints of those who are here and have no proportions [m], shape (21, 3), by index of person;
-        nobody where eight performers are followed."""
+        """Return the joints of the strangers present [m], shape (21, 3), by index of person; empty where eight
+        performers are followed."""
         full = len(self._followed) >= MOST_PERFORMERS
         people = [] if self._crowd is None or full else self._crowd.people
         return {
@@ -284,7 +285,7 @@ class PeoplePipeline:
         }
 
     def people(self) -> list[KnownPerson]:
-        """Return the performers, for a pipeline that goes on; empty where cameras show one body."""
+        """Return the performers, for a pipeline that continues; empty where cameras show one body."""
         if self._crowd is None:
             return []
         return [

@@ -66,7 +66,7 @@ class Pipeline:
         self._last_ns: int | None = None
 
     def stand_beside(self, other: "Pipeline") -> None:
-        """Stand on the floor of another performer's pipeline, until either gets other settings."""
+        """Use the floor of another performer's pipeline, until either gets other settings."""
         self._body.stand_beside(other._body)
 
     def add_frame(self, frame: CameraFrame) -> None:
@@ -88,7 +88,7 @@ class Pipeline:
         self._build(self._calibration, settings)
 
     def set_pins(self, pins: Pins | None) -> None:
-        """Know other places of joints from now on."""
+        """Use other known places of joints from now on."""
         self._pins = pins or None
 
     def newest_stage_ns(self) -> dict[str, int]:
@@ -103,7 +103,8 @@ class Pipeline:
         A time before that of the last step counts as no time passed.
 
         Args:
-            told: by joint, where rigid bodies put it now [m]; not beside the pins of edits, which have them already.
+            told: by joint, the place that rigid bodies give it now [m]; not together with edits' pins, which include
+                it.
         """
         dt = 0.0 if self._last_ns is None else max(stage_time_ns - self._last_ns, 0) * 1e-9
         self._last_ns = stage_time_ns

@@ -26,7 +26,7 @@ class Stream:
         self._schedule = Schedule.of(settings)
 
     def with_pins(self, pins: Pins | None) -> "Stream":
-        """Return a stream that goes on from the state of this one, with other pins."""
+        """Return a stream that continues from the state of this one, with other pins."""
         out = deepcopy(self)
         out.pipeline.set_pins(pins)
         return out

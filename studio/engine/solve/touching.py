@@ -1,7 +1,7 @@
-"""Where joints are that touch the floor or another joint: known places, for as long as they touch.
+"""Known places of joints that touch the floor or another joint, for as long as they touch.
 
-A joint on the floor stays where it came down. One on another joint is as far from it as both are thick, on the side
-on which it is; there it may slide. Thicknesses are those of the tracker's surface (`seeing.fitting.cones`).
+A joint on the floor stays where it came down. A joint on another one is at the distance of both radii, on the side on
+which it is; there it may slide. Radii are those of the tracker's surface (`seeing.fitting.cones`).
 """
 
 from collections.abc import Sequence
@@ -34,12 +34,12 @@ THICK = np.array([_thick(joint) for joint in CANONICAL])
 
 @dataclass(frozen=True)
 class HeldJoint:
-    """A canonical joint that is held at places.
+    """A canonical joint that is held at known places.
 
     Attributes:
         joint: its index.
-        place_m: in frames [m], shape (frame_count, 3).
-        information: inverse variance [1/m2], shape (frame_count,); 0 = it is free.
+        place_m: its place in each frame [m], shape (frame_count, 3).
+        information: inverse variance [1/m2], shape (frame_count,); 0 = free.
     """
 
     joint: int
@@ -53,7 +53,7 @@ def thick_m(joint: int, height_m: float) -> float:
 
 
 def apart_m(touch: Touch, height_m: float) -> float:
-    """Return how far a joint is from the floor, or from the joint that it touches [m]."""
+    """Return the distance of a joint from the floor, or from the joint, that it touches [m]."""
     touched = 0.0 if touch.touched is None else thick_m(touch.touched, height_m)
     return thick_m(touch.joint, height_m) + touched
 
@@ -67,13 +67,13 @@ def with_touches(
     floor_m: float,
     height_m: float,
 ) -> Pinned:
-    """Return what is known of joints with those that touch; pins count for more.
+    """Return known places of joints, with those of joints that touch; pins count for more.
 
     Args:
         pinned: joints at known places in the same frames; None = none.
         touches: in these frames.
         sites: the joints now [m], shape (frame_count, 21, 3).
-        lies_at: for each touch where it lies on the floor [m], shape (frame_count, 2); not read for others.
+        lies_at: for each touch, where it lies on the floor [m], shape (frame_count, 2); read only for the floor.
         floor_m: height of the floor.
         height_m: the performer's stature.
     """
@@ -93,7 +93,7 @@ def with_touches(
 def with_held(
     pinned: Pinned | None, held: Sequence[HeldJoint], frame_count: int, joint_count: int = len(CANONICAL)
 ) -> Pinned:
-    """Return what is known of joints in frames with those that are held; what is known already counts for more."""
+    """Return known places of joints, with those of held joints; `pinned` counts for more."""
     shape = frame_count, joint_count
     if pinned is None:
         pinned = Pinned(np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape), np.full(shape[1], np.inf))
@@ -109,7 +109,7 @@ def with_held(
 def missed_touch_m(
     edit: ContactEdit, poses: Poses, height_m: float, other: tuple[Poses, float] | None = None
 ) -> float:
-    """Return how far a contact of a joint is missed in the middle, over the time that it holds [m].
+    """Return the median distance by which a contact of a joint is missed, over the time that it holds [m].
 
     Args:
         edit: a `Touch`.
@@ -141,7 +141,7 @@ class TouchingNow:
     """The touches of a performer frame by frame: a joint on the floor lies where it came down."""
 
     def __init__(self, height_m: float) -> None:
-        """Begin; `height_m`: the performer's stature."""
+        """Start without touches; `height_m`: the performer's stature."""
         self._height_m = height_m
         self._lies_at: dict[int, Array] = {}
 
@@ -152,7 +152,7 @@ class TouchingNow:
         sites: Array,
         floor_m: float,
     ) -> Pinned:
-        """Return what is known of joints in one frame, as `with_touches` does for several.
+        """Return known places of joints in one frame, as `with_touches` does for several.
 
         Args:
             pinned: without an axis of frames.

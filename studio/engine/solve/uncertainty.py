@@ -42,9 +42,8 @@ OFFSET_M = 0.01
 NOISE_SHARE = 0.9
 FILTERED_SHARE = 0.5
 SOLVED_SHARE, SOLVED_SHARE_OF_CAMERAS = 0.55, 0.45
-"""Share of the cameras' noise that remains: in fused joints, after a fusion that filters over time, and after fitting
-a body with its motion prior to fused joints or to the cameras' own. The share of the fit multiplies that of the
-fusion.
+"""Share of the cameras' noise that remains: after a fusion that filters over time, and after fitting a body with its
+motion prior to fused joints or to the cameras' own. The share of the fit multiplies that of the fusion.
 """
 
 DISAGREEMENT = 1.35

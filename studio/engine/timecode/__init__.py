@@ -1,1 +1,1 @@
-"""Timecode: numbers of frames (`timecode`), what carries them (`ltc`, `mtc`, `artnet`), and their `course`."""
+"""Timecode: numbers of frames (`timecode`), their carriers (`ltc`, `mtc`, `artnet`), and their `course`."""

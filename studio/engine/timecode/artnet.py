@@ -14,7 +14,7 @@ _COUNTS = (24, 25, 30, 30)
 
 
 def frame_of_packet(data: bytes, rate: TimecodeRate) -> int | None:
-    """Return the frame since midnight that a packet tells; None where it is no timecode of this rate."""
+    """Return the frame since midnight in a packet; None if it is no timecode of this rate."""
     if len(data) < _LENGTH or data[:10] != _HEAD or int.from_bytes(data[10:12], "big") < 14:
         return None
     frames, seconds, minutes, hours, kind = data[14:19]

@@ -1,7 +1,7 @@
-"""The course of timecode over a time: from single readings to the timecode of every instant.
+"""The course of timecode over time: from single readings to the timecode of every instant.
 
-A drop-out is bridged by the clock that stamped the readings, a jump begins a new run, and a reading that nothing
-confirms is left out. Where timecode runs faster or slower than that clock, the course follows and says how much.
+A drop-out is bridged by the clock that stamped the readings, a jump begins a new run, and an unconfirmed reading is
+left out. Where timecode runs faster or slower than that clock, the course follows it and gives the drift.
 """
 
 from collections.abc import Sequence
@@ -14,20 +14,20 @@ from numpy.typing import NDArray
 from studio.engine.timecode.timecode import Timecode, TimecodeRate
 
 _WITHIN_FRAMES, _WITHIN_PPM = 1.0, 500.0
-"""A reading continues a run if it is this near to where the run would be, and this much more after a gap."""
+"""Largest distance of a reading that continues a run from the run's prediction, and its growth over a gap."""
 
 _CONFIRMED = 3
-"""Readings in a row that agree make a new run."""
+"""Number of consecutive readings that agree and so make a new run."""
 
 _DELAYED_S = 1.0
-"""Readings that a busy machine takes in late look as if timecode had gone back a little. Where it goes back by less,
-a new run needs readings that agree for so long."""
+"""Readings that a busy machine receives late look as if timecode had gone back a little. If it goes back by less than
+this, a new run needs readings that agree for this long."""
 
 _SMOOTH_S = 0.5
-"""Readings this near to another are averaged with it: packets and MIDI come unevenly."""
+"""Readings this near to another are averaged with it, because packets and MIDI arrive unevenly."""
 
 _DRIFT_S = 10.0
-"""Drift is told of a run at least this long."""
+"""Shortest run whose drift is estimated."""
 
 _MISSING_FRAMES = 1.75
 """Readings further apart are a drop-out."""
@@ -39,8 +39,9 @@ class TimecodeRun:
 
     Attributes:
         time_s: of each reading, shape (n,) [s].
-        late: of each, its frame less those since time 0 by the rate, over midnight and smoothed, shape (n,).
-        drift_ppm: how much faster than the clock timecode runs; None = too short to tell.
+        late: frame of each, less the frames since time 0 at the rate, continuous over midnight and smoothed, shape
+            (n,).
+        drift_ppm: drift of timecode against the clock, positive = faster; None = the run is too short.
     """
 
     time_s: NDArray[np.float64]
@@ -54,9 +55,9 @@ class TimecodeCourse:
 
     Attributes:
         rate: of the timecode.
-        source: where it came from, such as `ltc`, `clock`; "" = counted from its start, so that nothing is missing.
+        source: its source, such as `ltc`, `clock`; "" = counted from its start, so that nothing is missing.
         time_s: of each reading, increasing, shape (n,) [s].
-        frame: of each, since midnight, shape (n,).
+        frame: of each reading, since midnight, shape (n,).
     """
 
     rate: TimecodeRate
@@ -82,14 +83,14 @@ class TimecodeCourse:
 
     @property
     def drift_ppm(self) -> float | None:
-        """How much faster than the clock timecode runs, of the longest run; None = no run is long enough."""
+        """Drift of timecode against the clock in the longest run, positive = faster; None = no run is long enough."""
         told = [run for run in self.runs if run.drift_ppm is not None]
         return max(told, key=lambda run: run.time_s[-1] - run.time_s[0]).drift_ppm if told else None
 
     def frames_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the timecode at these times as frames since midnight with their share, shape (n,).
+        """Return the timecode at these times as fractional frames since midnight, shape (n,).
 
-        Between runs and after the last one the earlier one goes on; before the first, it goes back.
+        Between runs and after the last one, the earlier run continues; before the first, that one is extended back.
 
         Raises:
             ValueError: there is no run.
@@ -110,7 +111,7 @@ class TimecodeCourse:
         return [Timecode(int(np.floor(frame + 0.1)), self.rate) for frame in self.frames_at(time_s)]
 
     def bridged_at(self, time_s: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return for each time whether timecode was missing there, so that the clock bridges it, shape (n,)."""
+        """Return whether timecode was missing at each time, so that the clock bridges it, shape (n,)."""
         if not self.source:
             return np.zeros(len(time_s), bool)
         known = np.concatenate([run.time_s for run in self.runs]) if self.runs else np.empty(0)
@@ -123,7 +124,7 @@ class TimecodeCourse:
 
     @cached_property
     def _spacing_s(self) -> float:
-        """Usual time between readings [s]: a source may tell fewer than one a frame."""
+        """Usual time between readings [s]; a source may send fewer than one per frame."""
         return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 0.0
 
     def gaps_s(self) -> list[tuple[float, float]]:
@@ -133,7 +134,7 @@ class TimecodeCourse:
         return [(float(known[k]), float(known[k + 1])) for k in np.flatnonzero(np.diff(known) > usual)]
 
     def jumps(self) -> list[tuple[float, Timecode, Timecode]]:
-        """Return the jumps: time [s], the timecode that would have come there, and the one that came."""
+        """Return the jumps: time [s], the expected timecode, and the actual one."""
         found = []
         for before, after in zip(self.runs, self.runs[1:], strict=False):
             time_s = np.array([after.time_s[0]])
@@ -145,7 +146,8 @@ class TimecodeCourse:
         return found
 
     def times_of(self, timecode: Timecode, begins_s: float, ends_s: float) -> list[float]:
-        """Return when this timecode began within a span, in order [s]: once, never, or again where it jumped back."""
+        """Return the times at which this timecode began within a span, in order [s]: none, one, or more after jumps
+        back."""
         found = []
         for number, run in enumerate(self.runs):
             begins = begins_s if number == 0 else run.time_s[0]
@@ -154,7 +156,7 @@ class TimecodeCourse:
             middle = 0.5 * (run.time_s[0] + run.time_s[-1])
             here = middle * self.rate.fps + _going_on(run, np.array([middle]), self.rate.fps)[0]
             time_s = middle + _centred(timecode.frame - here, day) / self.rate.fps
-            for _ in range(3):  # the share that the drift moves it by is small
+            for _ in range(3):  # the drift changes the result only a little
                 late = _going_on(run, np.array([time_s]), self.rate.fps)[0]
                 time_s += float(_centred(timecode.frame - time_s * self.rate.fps - late, day)) / self.rate.fps
             near_s = 0.5 / self.rate.fps
@@ -171,14 +173,14 @@ def course(readings: Sequence[tuple[float, int]], rate: TimecodeRate, source: st
 
 
 def counted_from(timecode: Timecode, time_s: float) -> TimecodeCourse:
-    """Return the course of a timecode at a time [s] that is counted on, and back, by the clock."""
+    """Return the course of a timecode at a time [s], counted forwards and backwards by the clock."""
     steps = np.arange(_CONFIRMED)
     rate = timecode.rate
     return TimecodeCourse(rate, "", time_s + steps / rate.fps, (timecode.frame + steps) % rate.day)
 
 
 def _centred(frames: NDArray[np.float64] | float, day: int) -> NDArray[np.float64]:
-    """Return differences of frames as -day/2 to day/2."""
+    """Return differences of frames, wrapped to -day/2 to day/2."""
     return np.asarray(np.mod(np.asarray(frames) + day / 2, day) - day / 2)
 
 

@@ -1,4 +1,4 @@
-"""Linear timecode (LTC): the decoder of timecode that comes as sound.
+"""Decoder of linear timecode (LTC), which arrives as sound.
 
 Source: SMPTE ST 12-1:2014, section 9: 80 bits a frame in biphase mark, the least bit first, closed by the sync word
 0011111111111101. A bit begins with a transition; a one has another in its middle.
@@ -12,7 +12,7 @@ from studio.engine.timecode.timecode import TimecodeRate
 
 BITS = 80
 _MIDDLE_HZ = 27.0
-"""Words a second between the slowest and the fastest: the decoder starts from there."""
+"""Words per second between the slowest and the fastest rate; the decoder starts from it."""
 
 _HYSTERESIS, _DECAY_S = 0.3, 1.0
 _N, _LEVEL, _PEAK, _LAST, _PERIOD, _HALF, _GOOD, _WORD, _AT, _ZERO, _BEFORE, _START, _BACK = range(13)
@@ -31,7 +31,7 @@ def _decode(
     words: NDArray[np.uint8],
     times: NDArray[np.float64],
 ) -> int:
-    """Fill `words` (n, 80) and `times` (n,), the sample at which each begins; return how many."""
+    """Fill `words` (n, 80) and `times` (n,), the sample at which each begins; return their number."""
     found = 0
     for x in samples:
         n = state[_N]
@@ -52,7 +52,7 @@ def _decode(
             if length < 0.2 * period or length > 1.4 * period:
                 state[_GOOD], state[_HALF] = 0.0, 0.0
             elif length > 0.75 * period:
-                if state[_HALF] > 0.0:  # a half bit alone: what came before was out of step
+                if state[_HALF] > 0.0:  # a single half bit: the bits before were out of step
                     state[_GOOD], state[_HALF] = 0.0, 0.0
                 bit = 0
             elif state[_HALF] > 0.0:
@@ -100,16 +100,16 @@ class LtcDecoder:
 
     @property
     def backwards(self) -> bool:
-        """Whether it runs backwards, as a recorder that rewinds has it: nothing is read of it."""
+        """Whether timecode runs backwards, as from a recorder that rewinds; it is then not read."""
         return bool(self._state[_BACK])
 
     def feed(self, samples: NDArray[np.float32]) -> list[tuple[float, int]]:
-        """Return the words that end in these samples: sample number at which each begins, counted from the first one
-        ever given, and its frame since midnight. Words that are no timecode of the rate are counted in `refused`.
+        """Return the words that end in these samples: the sample number at which each begins, counted from the first
+        sample of all, and its frame since midnight. Words that are no timecode of the rate are counted in `refused`.
 
         Args:
-            samples: one channel, shape (sample_count,); what is louder than full scale, 1, is clipped, and what is no
-                number counts as silence, so that a damaged sample makes nobody deaf.
+            samples: one channel, shape (sample_count,); values beyond full scale, 1, are clipped, and NaN counts as
+                silence, so that a damaged sample does not stop the decoder.
         """
         room = 2 + int(len(samples) * self._most_per_sample)
         words, times = np.zeros((room, BITS), np.uint8), np.zeros(room)

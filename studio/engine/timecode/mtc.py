@@ -1,7 +1,7 @@
 """MIDI timecode (MTC): quarter frames and full frames among the bytes of a MIDI device.
 
 Source: MIDI Time Code, MMA/AMEI 4.2.1, 1987: `F1 0nnndddd` eight times in two frames, from the frame's lowest digit
-to the hour with the rate; `F0 7F id 01 01 hh mm ss ff F7` after a jump. Eight quarters tell the time of the first.
+to the hour with the rate; `F0 7F id 01 01 hh mm ss ff F7` after a jump. Eight quarters give the time of the first.
 """
 
 from studio.engine.timecode.timecode import TimecodeRate
@@ -20,7 +20,7 @@ def _frame(rate: TimecodeRate, hours: int, minutes: int, seconds: int, frames: i
 
 
 class MtcDecoder:
-    """Decodes MIDI bytes as they come; other messages are left to the caller of `notes`.
+    """Decodes MIDI bytes as they arrive.
 
     Args:
         rate: of the timecode. MTC knows 24, 25, 29.97 drop-frame and 30; 23.976 and 29.97 go as 24 and 30.
@@ -34,15 +34,16 @@ class MtcDecoder:
         self.refused = 0
 
     def feed(self, data: bytes, time_ns: int) -> list[tuple[int, int]]:
-        """Return what these bytes complete: the time at which the frame began [ns], and the frame since midnight.
+        """Return the frames that these bytes complete: the time at which each began [ns], and its number since
+        midnight.
 
         Args:
             data: bytes, in any pieces.
-            time_ns: when they came [ns].
+            time_ns: their arrival [ns].
         """
         found = []
         for byte in data:
-            if byte >= 0xF8:  # clock and active sensing come anywhere
+            if byte >= 0xF8:  # clock and active sensing may arrive anywhere
                 continue
             if byte >= 0x80 and byte != 0xF7:
                 self._message = bytearray([byte])

@@ -1,7 +1,7 @@
 """Timecode: the number of a frame within the day, and its text hh:mm:ss:ff, at the rates of film and television.
 
-Source: SMPTE ST 12-1:2014, "Time and Control Code". Drop-frame leaves out the first numbers of each minute except
-every tenth: two at 29.97, four at 59.94. No frame is left out, only its number.
+Source: SMPTE ST 12-1:2014, "Time and Control Code". Drop-frame skips the first numbers of each minute except every
+tenth: two at 29.97, four at 59.94. Only numbers are skipped, no frames.
 """
 
 import re
@@ -114,7 +114,7 @@ class Timecode:
 
     @classmethod
     def parse(cls, text: str, rate: TimecodeRate) -> "Timecode":
-        """Return the timecode of a text; before the frames any of `: ; . ,`, as drop-frame is of the rate.
+        """Return the timecode of a text; any of `: ; . ,` may precede the frames, because the rate sets drop-frame.
 
         Raises:
             SettingsError: it is none, or a number that the rate does not have, such as one left out by drop-frame.
@@ -158,7 +158,7 @@ class Timecode:
 
 
 def at_seconds(seconds: float, rate: TimecodeRate) -> Timecode:
-    """Return the timecode with the hours, minutes and seconds of a time of the day [s]: a clock starts from it."""
+    """Return the timecode with the hours, minutes and seconds of a time of the day [s], from which a clock starts."""
     if rate.ntsc and not rate.drop:  # counted from midnight it would be late by 3.6 s an hour
         whole = int(seconds // 1)
         return Timecode(whole * rate.count + int((seconds - whole) * rate.fps), rate)

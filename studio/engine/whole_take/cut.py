@@ -25,9 +25,9 @@ LEAP_M = 0.25
 LONGEST_GAP_S = 0.1
 """A longer gap between two frames of a camera is no cut [s]."""
 STAYS_S = 0.3
-"""Who leaps again within this time was confused with somebody else [s]."""
+"""A performer who leaps again within this time was confused with somebody else [s]."""
 TOGETHER_S = 0.06
-"""Cameras show one cut within this time [s]."""
+"""Largest time between the frames in which different cameras show the same cut [s]."""
 _BLOCK = 1024
 
 
@@ -59,8 +59,8 @@ def parts_between_cuts(
 ) -> dict[str, NDArray[np.int64]]:
     """Return by camera which part of a performance each frame belongs to, shape (frame_count,), counted from 0.
 
-    A part ends where all cameras that show the performer show a leap of the whole body at once, as recordings do that
-    were put together. One camera alone leaps where it confuses sides or bodies.
+    A part ends where all cameras that show the performer show a leap of the whole body at once, as in recordings that
+    were joined. A leap in one camera alone is a confusion of sides or bodies.
 
     Args:
         frames: by camera, in order of time, of one performer.
@@ -76,7 +76,7 @@ def parts_between_cuts(
             begins[name] = near[0] if near else int(np.searchsorted(times, at_s - TOGETHER_S))
             before = times[max(begins[name] - 1, 0)]
             if not near and at_s - LONGEST_GAP_S - TOGETHER_S < before < at_s - TOGETHER_S:
-                break  # it shows the performer going on
+                break  # it shows the performer continuing
         else:
             for name, place in begins.items():
                 parts[name][place:] += 1
@@ -84,7 +84,7 @@ def parts_between_cuts(
 
 
 def _leaps(frames: Sequence[CameraFrame], times_s: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the indices of frames before which the whole body leapt from where it was going."""
+    """Return the indices of frames before which the whole body leapt away from its extrapolated path."""
     found = []
     for begin in range(0, len(frames), _BLOCK):
         first = max(begin - 2, 0)

@@ -1,8 +1,7 @@
-"""What edits change in a take, so that it is solved again there only.
+"""The stretches of a take that edits change, so that only these are solved again.
 
-The take is solved without edits. Around what they change it is solved again with them, from the state that the solve
-had there, and everything else stays as it is: no noise, floor or acceleration that is estimated over the whole take
-knows of an edit.
+The take is solved without edits. Around the changes it is solved again with them, from the state that the solve had
+there. Everything else stays as it is: noise, floor and accelerations are estimated over the whole take without edits.
 """
 
 from collections.abc import Sequence
@@ -23,28 +22,28 @@ from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.human.skeleton import Skeleton, forward_positions
 
 AROUND_S = 0.5
-"""How far before and after a change the take may move [s]."""
+"""Time before and after a change within which the take may move [s]."""
 
 LEAD_S = 0.1
-"""A filter begins to differ this long before a change [s]: it knows the next frames."""
+"""A filter begins to differ this long before a change [s], because of its look-ahead."""
 
 MOST = 0.5
-"""Cameras or joints that are doubted for a larger share of a take tell about the whole of it."""
+"""Largest share of a take in which cameras or joints are doubted; beyond it, the edits are about the whole take."""
 
 WHOLE = 0.999
-"""Edits that may move a larger share of a take leave nothing as it is."""
+"""Largest share of a take that may move because of edits; beyond it, nothing stays as it is."""
 
 Span = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Edited:
-    """What edits change in a performer's take.
+    """Changes of a performer's take by edits.
 
     Attributes:
-        pins: what an operator knows, with what is known without edits too.
-        spans_s: begin and end of each stretch that is changed, in order, apart from one another [s].
-        frames: as they are with edits: as many as without, in the same order.
+        pins: known places from edits, and those known without edits.
+        spans_s: begin and end of each changed stretch, in order, apart from one another [s].
+        frames: the frames with edits: as many as without, in the same order.
     """
 
     pins: Pins
@@ -56,8 +55,8 @@ class Edited:
         return next((one for one in self.spans_s if one[0] - LEAD_S <= time_s <= one[1] + AROUND_S), None)
 
     def share(self, time_s: NDArray[np.float64], also: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """Return how much of the solve with edits counts at times [s], shape (frame_count,): 1 where they change the
-        take, 0 where it does not move. `also`: further frames that they change."""
+        """Return the share of the solve with edits at times [s], shape (frame_count,): 1 where they change the take,
+        0 where it does not move. `also`: further frames that they change."""
         more = [(time_s[first], time_s[stop - 1]) for first, stop in runs(also)]
         away = [
             np.maximum(np.maximum(begin - time_s, time_s - end), 0.0) for begin, end in [*self.spans_s, *more]
@@ -73,12 +72,12 @@ def edited_of(
     calibration: Calibration,
     start_s: float | None = None,
 ) -> Edited | None:
-    """Return what edits change in a performer's take; None where they change nothing, or so much that it is another
-    take.
+    """Return the changes of a performer's take by edits; None where they change nothing, or so much that the whole
+    take has to be solved with them.
 
     Args:
         frames: by camera, in order of time.
-        edited: the same, as edits leave them.
+        edited: the same frames after edits.
         edits: of the performer.
         pins: as `Edited` has them.
         calibration: has the cameras' clocks.
@@ -102,7 +101,7 @@ def edited_of(
 
 
 def _share(spans_s: Sequence[Span], begin_s: float, end_s: float) -> float:
-    """Share of the time from begin to end that spans take [s]."""
+    """Share of the time from `begin_s` to `end_s` that lies in spans [s]."""
     covered_s, last_s = 0.0, begin_s
     for begin, end in sorted(spans_s):
         covered_s += max(min(end, end_s) - max(begin, last_s), 0.0)
@@ -111,7 +110,7 @@ def _share(spans_s: Sequence[Span], begin_s: float, end_s: float) -> float:
 
 
 def _apart(spans_s: Sequence[Span]) -> list[Span]:
-    """Return spans [s] in order; those that are so near that the take moves between them too are one."""
+    """Return spans [s] in order; those so near that the take also moves between them are joined."""
     out: list[Span] = []
     for begin, end in sorted(spans_s):
         if out and begin - out[-1][1] <= AROUND_S + LEAD_S:
@@ -122,7 +121,7 @@ def _apart(spans_s: Sequence[Span]) -> list[Span]:
 
 
 def going_back(own: StepResult, edited: StepResult, span: Span, skeleton: Skeleton) -> StepResult:
-    """Return a step of a solve with edits; after the changed stretch, it goes over to that without.
+    """Return a step of a solve with edits; after the changed stretch, it is blended to the one without.
 
     Args:
         own: the step without edits.

@@ -1,4 +1,4 @@
-"""Finishing of a take: results of the pipeline come in, in time order, and leave refined once all are there.
+"""Finishing of a take: takes the pipeline's results in time order, and returns them refined once all are there.
 
 Every Gauss-Newton step covers the whole take before the next begins, window by window. A window is solved together
 with `MARGIN` frames on either side, whose far ends are fixed. Only the window's own frames are kept
@@ -58,7 +58,7 @@ class _Refined:
         pieces: begin and end of each piece without a gap [frames].
         contacts: stances; None = unknown.
         edited: frames that were solved again with edits, shape (frame_count,).
-        before: configurations of these, and all stances, without edits.
+        before: configurations of these frames, and all stances, without edits.
     """
 
     q: NDArray[np.float64]
@@ -71,7 +71,7 @@ class _Refined:
 class Finisher:
     """Refines results: `add` all of them in time order, then read `results`.
 
-    Several performers `refine` first, and then make room for one another (`step_beside`).
+    Several performers first `refine`, and then make room for one another (`step_beside`).
 
     Attributes:
         floor_given: as in `Calibration`.
@@ -92,7 +92,7 @@ class Finisher:
         Args:
             floor_given: as in `Calibration`: the take stays on its floor.
             pins: places of joints that are known.
-            edited: what edits change in some stretches; None = nothing.
+            edited: changes by edits in some stretches; None = nothing.
 
         Raises:
             SettingsError: `ik=none` has no humanoid to refine.
@@ -138,7 +138,7 @@ class Finisher:
 
     @property
     def touches(self) -> Touches | None:
-        """What an operator says about contacts; None = nothing."""
+        """Contacts set by an operator; None = none."""
         pins = self._pins if self._edited is None else self._edited.pins
         return None if pins is None else pins.touches
 
@@ -154,7 +154,7 @@ class Finisher:
         self._store.add(result)
 
     def add_edited(self, result: StepResult) -> None:
-        """Add what edits make of the result that was added last."""
+        """Add the version with edits of the result that was added last."""
         assert self._store is not None
         frame = len(self._store) - 1
         if not self._stretches or sum((self._stretches[-1][0], len(self._stretches[-1][1]))) != frame:
@@ -162,16 +162,16 @@ class Finisher:
         self._stretches[-1][1].add(result)
 
     def cut(self) -> None:
-        """Begin a piece: what is added next does not go on from what was added last."""
+        """Begin a piece: the next result does not continue from the last one."""
         if self._store is not None:
             self._cuts.append(len(self._store))
 
     def refine(self, progress: Callable[[float], None] = lambda share: None, *, beside: int = 0) -> None:
-        """Make all steps but those beside others and of physics.
+        """Make all steps except those with other performers and those of physics.
 
         Args:
-            progress: receives the share done, here and in what follows.
-            beside: number of steps beside others that follow.
+            progress: receives the share done, here and in the following steps.
+            beside: number of steps with other performers that follow.
         """
         assert self._store is not None
         self._passes = Passes(progress, self._pass_count() + beside)
@@ -201,7 +201,7 @@ class Finisher:
         rows: list[tuple[int, int]],
         lifted_m: float | None = None,
     ) -> Contacts | None:
-        """Make the steps over some stretches with noise that is known, in place; return the take's stances."""
+        """Make the steps with known noise over some stretches, in place; return the take's stances."""
         for _ in range(SCALED_ITERATIONS):
             self._step(q, rows, None)
         contacts = None
@@ -272,18 +272,18 @@ class Finisher:
         return 1e-9 * self._store.times_ns.astype(np.float64)
 
     def surfaces(self) -> Surfaces:
-        """Return where the refined performer's surfaces are."""
+        """Return the refined performer's surfaces."""
         assert self._refined is not None and self._store is not None
         sites = self._kinematics.sites(self._refined.q)
         return Surfaces(self._store.times_ns, sites, self._humanoid.skeleton.height_m)
 
     def step_beside(self, own: Surfaces, others: Sequence[Surfaces], held: Sequence[HeldJoint] = ()) -> None:
-        """Make a step that makes room for other performers, and hands meet that hold each other.
+        """Make a step that makes room for other performers, and brings together hands that hold each other.
 
         Args:
             own: this performer's surfaces before the step.
             others: those of all others.
-            held: joints where they touch others, as an operator says.
+            held: joints that touch others, as set by an operator.
         """
         assert self._refined is not None
         self._steps.known.hold(held)
@@ -292,8 +292,8 @@ class Finisher:
         self._steps.step(refined.q, refined.pieces, refined.contacts, self._smoother, met)
 
     def stand_beside(self, other: "Finisher") -> None:
-        """Raise the results as far as another performer's, whose feet placed the floor and whose results are read
-        before."""
+        """Raise the results as far as those of another performer, whose feet placed the floor. Their results must be
+        read first."""
         self._beside = other
 
     def results(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[StepResult]:
@@ -310,7 +310,7 @@ class Finisher:
             q = self._with_physics(self._physics, q, pieces, contacts)
         if self._beside is not None:
             self.lifted_m = self._beside.lifted_m
-            if self._root_height_m is not None:  # measured over the floor that was not the true one
+            if self._root_height_m is not None:  # measured over the calibrated floor, not the true one
                 self._root_height_m += self.lifted_m
         elif contacts is not None and not self._floor_given:
             self.lifted_m = self._lift_m(q, self._refined)
@@ -326,7 +326,7 @@ class Finisher:
         self._store.close()
 
     def _lift_m(self, q: NDArray[np.float64], refined: _Refined) -> float:
-        """How far the take is raised: as far as without edits, which would move it as a whole."""
+        """Distance by which the take is raised: that without edits, because edits would move the whole take."""
         before, contacts = refined.before
         assert contacts is not None
         if len(before):
@@ -377,7 +377,7 @@ class Finisher:
         self._steps.step(q, pieces, contacts, smoother or self._smoother)
 
     def _feet(self, q: NDArray[np.float64]) -> Soles:
-        """Return the feet; of configurations that are as they were the last time, they are kept."""
+        """Return the feet; those of configurations that have not changed since the last call are reused."""
         was, feet = self._last_feet
         if len(was) != len(q):
             feet = feet_of(self._humanoid, q, self._rest_heights_m)

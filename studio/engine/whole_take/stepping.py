@@ -23,12 +23,12 @@ class Passes:
     """Reports progress of work with several passes over the take."""
 
     def __init__(self, progress: Callable[[float], None], count: int) -> None:
-        """Prepare to tell `progress` the share done of `count` passes."""
+        """Prepare to report the share done of `count` passes to `progress`."""
         self._progress, self._count = progress, count
         self.done = 0
 
     def tell(self, share: float) -> None:
-        """`share`: of the present pass, 0..1."""
+        """Report progress; `share`: of the present pass, 0..1."""
         self._progress((self.done + share) / self._count)
 
 
@@ -36,7 +36,7 @@ class Steps:
     """Steps over a take.
 
     Attributes:
-        known: what an operator knows.
+        known: knowledge of an operator.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Steps:
     ) -> None:
         """Apply one Gauss-Newton step to the take, in place.
 
-        With `others`, windows in which none of them is near stay as they are.
+        With `others`, windows in which none of them is near do not change.
         """
         pinned = self.known.pinned
         for first, last in pieces:

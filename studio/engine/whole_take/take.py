@@ -92,8 +92,8 @@ class TakeSolve:
         pins: Pins | None = None,
         edited: Edited | None = None,
     ) -> None:
-        """Prepare; arguments and errors are those of `solve_frames`. `edited`: what edits change in some stretches,
-        and there only; None = nothing."""
+        """Prepare; arguments and errors are those of `solve_frames`. `edited`: changes by edits, in some stretches
+        only; None = nothing."""
         self._frames = frames if isinstance(frames, Sequence) else list(frames)
         self._calibration, self._settings, self._start_s = calibration, settings, start_s
         self._progress, self._physics = progress, physics
@@ -134,7 +134,7 @@ class TakeSolve:
         return self._collector.poses()
 
     def finishing_progress(self) -> ProgressCallback:
-        """Return what is told the share of finishing that is done."""
+        """Return the callback that receives the share of finishing that is done."""
         return part_of_progress(self._progress, self._live_share, 1.0) or _to_nobody
 
     def _take(self, results: list[tuple[StepResult, StepResult | None]], start_ns: float) -> None:
@@ -142,7 +142,7 @@ class TakeSolve:
             stage_ns = result.frame_set.stage_time_ns
             if (
                 stage_ns >= start_ns and stage_ns > self._last_ns
-            ):  # a part may begin with the last one's frame
+            ):  # a part may begin with the last frame of the one before
                 self._last_ns = stage_ns
                 self._add(result, edited)
 
@@ -167,7 +167,7 @@ class TakeSolve:
 
 
 class _BothWays:
-    """Solves a part of a take without edits and, where they change it, with them."""
+    """Solves a part of a take without edits and, where they change it, also with them."""
 
     def __init__(self, stream: Stream, edited: Edited | None) -> None:
         self._stream, self._edited = stream, edited
@@ -177,7 +177,7 @@ class _BothWays:
     def add(
         self, frame: CameraFrame, place: int, stage_ns: int
     ) -> list[tuple[StepResult, StepResult | None]]:
-        """Add a frame, by its place among all; return the steps that are due, each with what edits make of it."""
+        """Add a frame, by its place among all; return the steps that are due, each with its version with edits."""
         edited = self._edited
         if edited is None:
             return [(result, None) for result in self._stream.add(frame)]
@@ -203,11 +203,11 @@ class _BothWays:
 
 
 def _to_nobody(share: float) -> None:
-    """Receive progress that nobody asked for."""
+    """Ignore progress."""
 
 
 def part_of_progress(progress: ProgressCallback | None, begin: float, end: float) -> ProgressCallback | None:
-    """Return what is told the share of a part of the work that goes from `begin` to `end`."""
+    """Return the callback for the progress of a part of the work, from share `begin` to share `end` of the whole."""
     return None if progress is None else lambda share: progress(begin + (end - begin) * share)
 
 
@@ -239,8 +239,8 @@ class _OfOneCamera(FramesOnDemand):
 def _order(
     frames: Sequence[CameraFrame], calibration: Calibration, start_s: float | None
 ) -> tuple[NDArray[np.void], float]:
-    """Return the frames to use by stage time, then camera, then number, `place` being their index; and when poses
-    begin [ns]."""
+    """Return the frames to use, sorted by stage time, then camera, then number, `place` being their index; and the
+    time of the first pose [ns]."""
     clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
     ranks = {name: rank for rank, name in enumerate(sorted(clocks))}
     keys = (

@@ -1,4 +1,4 @@
-"""The solve of several performers' takes: each for itself, then finishing keeps them apart from one another."""
+"""The solve of several performers' takes: each by itself, then finishing keeps them apart from one another."""
 
 from collections.abc import Mapping, Sequence
 
@@ -38,13 +38,13 @@ def solve_together(solves: Mapping[str, TakeSolve]) -> dict[str, Poses]:
         finisher = solves[name].finisher
         return finisher is not None and finisher.floor_given
 
-    # whose feet placed the floor comes first
+    # performers whose feet placed the floor come first
     poses = {name: solves[name].poses() for name in sorted(solves, key=has_given_floor)}
     return {name: poses[name] for name in solves}
 
 
 def keep_apart(finishers: Mapping[str, Finisher]) -> None:
-    """Make room between refined performers, and have those touch that an operator says touch."""
+    """Make room between refined performers, and bring together the joints that an operator says touch."""
     touches = {name: one.touches for name, one in finishers.items() if one.touches is not None}
     for _ in range(STEPS_BESIDE):
         surfaces = {name: finisher.surfaces() for name, finisher in finishers.items()}
@@ -55,7 +55,7 @@ def keep_apart(finishers: Mapping[str, Finisher]) -> None:
 
 
 def stand_together(finishers: Sequence[Finisher]) -> None:
-    """Raise all as far as the first whose feet placed the floor: what lies between them stays as it is."""
+    """Raise all as far as the first one whose feet placed the floor; their relative places do not change."""
     first = next((finisher for finisher in finishers if not finisher.floor_given), None)
     for finisher in finishers:
         if first is not None and finisher is not first:

@@ -1,6 +1,6 @@
 """Inputs of a solve, frame by frame (`trace.npz`): the cameras' joints, the fused ones, the cameras used.
 
-The replay shows them beside the poses. Positions are stored in half millimetres, so that an hour stays small.
+The replay shows them next to the poses. Positions are stored in half millimetres, so that an hour stays small.
 """
 
 import os

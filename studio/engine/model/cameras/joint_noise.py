@@ -20,16 +20,17 @@ JOINT_FACTOR: NDArray[np.float64] = np.array([_FACTOR.get(name.split("_")[-1], 0
 """Noise of each canonical joint of a depth camera relative to an elbow's."""
 
 LANDMARK_M = 0.011
-"""Usual error of a landmark across the line of sight: what BlazePose's authors and users find, some 1 % of a body. A
-pose network looks at the body's part of the picture in one size, so its errors do not grow with the distance.
+"""Usual error of a landmark across the line of sight: some 1 % of a body, as found by BlazePose's authors and users.
+A pose network sees the body's part of the picture in one size, so its errors do not grow with the distance.
 """
 
 _LANDMARK_FACTOR = {"hip": 1.25, "toe": 1.5, "neck": 0.75}
 LANDMARK_FACTOR: NDArray[np.float64] = np.array(
     [_LANDMARK_FACTOR.get(name.split("_")[-1], 1.0) for name in CANONICAL]
 )
-"""Error of each canonical joint in pictures relative to an elbow's, by how far four real cameras miss each other's
-rays: wrists and ankles no more than elbows, toes and the joints of hips, which no picture shows, more.
+"""Error of each canonical joint in pictures relative to an elbow's, from the distances at which the rays of four real
+cameras miss each other. Wrists and ankles have no larger error than elbows; toes, and hip joints, which no picture
+shows, have a larger one.
 """
 
 

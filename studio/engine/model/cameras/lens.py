@@ -54,7 +54,7 @@ class Lens:
             last, before = before, rays
             rays = np.clip((known - shift) / factor[..., None], -_WIDEST, _WIDEST)
             if left % 2 == 0 and (rays == last).all():
-                break  # it ends here or alternates by a last digit: two more rounds change nothing
+                break  # converged, or alternating by a last digit: two more rounds change nothing
         factor, shift = _distortion(rays, self.distortion)
         reached = np.abs(rays * factor[..., None] + shift - target).max(axis=-1) * self.fx < _REACHED_PX
         return np.where(reached[..., None], rays, np.nan)
@@ -71,9 +71,9 @@ class Lens:
         return rays * [self.fx, self.fy] + [self.cx, self.cy]
 
     def sized(self, width: int, height: int) -> Self | None:
-        """Return this lens for images of another size [pixels]; None where their shape is another.
+        """Return this lens for images of another size [pixels]; None if their shape differs.
 
-        A picture of another shape was cropped or turned, and nothing says how.
+        A picture of another shape was cropped or turned in an unknown way.
         """
         if (width, height) == (self.width, self.height):
             return self

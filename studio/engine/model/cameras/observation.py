@@ -19,7 +19,7 @@ class Observation:
         hands: states of the hands, by both methods.
         head_wxyz: the head's rotation from the T-pose, in which it faces -y with z up; None = not measured.
         status: the tracker's: `tracked`, `searching` or `lost`.
-        problem: what of the performer the camera cannot see, for a person; "" = nothing.
+        problem: parts of the performer that the camera cannot see, as text for people; "" = none.
         body: the tracker's number of the body. others: further bodies in the image.
     """
 

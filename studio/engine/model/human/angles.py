@@ -20,7 +20,7 @@ class _Group:
     """Joints whose hinges turn about the same sequence of stage axes.
 
     A shoulder's first axis is tilted about z: R(axis, a) R(z, b) R(x, c) = R(z, tilt) R(x, a) R(z, b - tilt) R(x, c).
-    Without the tilt it is such a sequence too.
+    Without the tilt it is also such a sequence.
     """
 
     sequence: str

@@ -43,7 +43,7 @@ hip center location prediction methods", 1990. Spine and chest divide the trunk 
 
 
 IN_SHOES = (1.0 - TOP_OF_HEAD - ANTHROPOMETRIC["left_ankle"][2]) / (1.0 - TOP_OF_HEAD - ANKLE_HEIGHT)
-"""Height from the sole, as calibrations have it, relative to that without shoes, as people know it: what lies between
+"""Height from the sole, as in calibrations, relative to that without shoes, as people know it; the part between
 ankles and head is the same."""
 
 

@@ -29,7 +29,7 @@ def placed(
         carrier: rotation and position of the body that carries the chain, shape (3, 4).
         parents: index of each body's parent, parents first, -1 = the carrier, shape (body_count,).
         offsets: of each body in its parent [m], shape (body_count, 3).
-        body_of: which body each hinge turns, ascending, shape (hinge_count,).
+        body_of: the body that each hinge turns, ascending, shape (hinge_count,).
         axes: of the hinges in their body, shape (hinge_count, 3).
         hinges: angles [rad], shape (hinge_count,).
     """
@@ -69,7 +69,7 @@ def errors(
 
     Args:
         turns, places: of the bodies, as `placed` returns them.
-        on: which body carries each joint, shape (joint_count,).
+        on: the body that carries each joint, shape (joint_count,).
         at: the joint's position in that body [m], shape (joint_count, 3).
         targets: of the joints [m], shape (joint_count, 3).
         share: weight of each joint, shape (joint_count,).

@@ -1,4 +1,4 @@
-"""The face as landmarks see it: eleven places on a rigid head, by which its orientation is found.
+"""The face as landmarks: eleven places on a rigid head, from which its orientation is found.
 
 The order is that of the joint set `mediapipe`: nose, left eye from the nose outward, right eye likewise, ears, mouth.
 """
@@ -51,7 +51,7 @@ MIRROR: NDArray[np.int64] = np.array(
 EARS = [NAMES.index("left_ear"), NAMES.index("right_ear")]
 
 SURE = 0.5
-"""A landmark that is less visible than this does not count."""
+"""Lowest visibility of a landmark that counts."""
 
 
 def seen_in(

@@ -20,7 +20,7 @@ SIDES = ("left", "right")
 LANDMARKS = 21
 SHIFT, WRIST, SIZE, HINGES = slice(0, 3), slice(3, 6), 6, slice(7, 23)
 STATE = 23
-"""Parts of a hand's state, and how many numbers it has."""
+"""Parts of a hand's state, and its number of values."""
 
 
 @dataclass(frozen=True)

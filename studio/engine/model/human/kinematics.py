@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class SitedModel(Protocol):
-    """A body on a free base, whose points are sites: the human's joints, or a robot's points."""
+    """A body on a free base whose points are sites: a human's joints, or a robot's points."""
 
     @property
     def model(self) -> mujoco.MjModel: ...

@@ -3,7 +3,7 @@
 Source: de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters", J. Biomechanics 1996,
 table 4; means of women and men. Limbs have the length of the performer's bones. Trunk, head and foot have the length
 of the source's subjects, scaled by stature, because a device's trunk joints are not the source's landmarks. Where the
-model divides a segment of the source, the comments beside the numbers give the shares.
+model divides a segment of the source, the comments next to the numbers give the shares.
 """
 
 from dataclasses import dataclass

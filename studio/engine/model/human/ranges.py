@@ -1,6 +1,6 @@
 """Anatomical ranges of motion, one entry per degree of freedom of the human model.
 
-Angles are measured from the T-pose and turned to the model's axes. Sources, named beside the numbers:
+Angles are measured from the T-pose and turned to the model's axes. Sources, named next to the numbers:
 AAOS: American Academy of Orthopaedic Surgeons, "Joint Motion: Method of Measuring and Recording", 1965;
 AMA: American Medical Association, "Guides to the Evaluation of Permanent Impairment", 5th ed. 2000; both as
 tabulated in Norkin & White, "Measurement of Joint Motion", 5th ed. 2016, appendix B. The model's joints share the

@@ -1,4 +1,4 @@
-"""What is chosen for performers.
+"""Choices for performers.
 
-`colours` of their figures, `bodies` of the mannequin, and `exchange`, the operator's correction of who is who.
+`colours` of their figures, `bodies` of the mannequin, and `exchange`, the operator's correction of identities.
 """

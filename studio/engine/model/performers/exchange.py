@@ -1,11 +1,11 @@
-"""An exchange of two performers of a take, as the operator asks for it."""
+"""An exchange of two performers of a take, requested by the operator."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Exchange:
-    """From `time_s` on (stage time [s]) the frames of two performers, `performer_1`, ..., are those of the other."""
+    """Exchange of the frames of two performers, `performer_1`, ..., from `time_s` on (stage time [s])."""
 
     time_s: float
     performers: tuple[str, str]

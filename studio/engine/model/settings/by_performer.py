@@ -1,4 +1,4 @@
-"""The switch that holds what differs between performers."""
+"""The switch that holds the differences between performers."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -22,7 +22,7 @@ class ByPerformer(PerJoint):
 
     Attributes:
         common: switches that cannot differ between performers.
-        check: receives a key and a text of the other switches; raises SettingsError where they are not allowed.
+        check: receives a key and a text of the other switches; raises SettingsError if they are not allowed.
     """
 
     common: tuple[str, ...] = ()

@@ -246,7 +246,7 @@ class SolveSettings:
 
     @property
     def everybody(self) -> bool:
-        """Whether who holds no T-pose is a performer too."""
+        """Whether persons without a T-pose are performers too."""
         return self.bystanders == "performers"
 
     def check_performers(self, names: Sequence[str]) -> None:

@@ -36,11 +36,11 @@ class Switch(ABC):
     """One switch.
 
     Attributes:
-        name: in `--set NAME=VALUE` and of the field of `SolveSettings`.
+        name: NAME in `--set NAME=VALUE`, and the field of `SolveSettings`.
         defaults: its value in each preset.
         help: its effect, one sentence.
-        cost: its cost where it is on, one phrase; "" = not measurable.
-        kind: of its values, for pages and programs.
+        cost: its cost when it is on, one phrase; "" = not measurable.
+        kind: kind of its values, for pages and programs.
     """
 
     name: str
@@ -214,7 +214,7 @@ class PerJoint(Switch):
         )
 
     def parse_part(self, value: Mapping[str, Any], key: str, rest: list[str], given: Any) -> ByJoint:
-        """Return the value with one number changed; `rest` is what follows the switch's name in `key`.
+        """Return the value with one number changed; `rest` is the part of `key` after the switch's name.
 
         Raises:
             SettingsError: an unknown joint, or a number that is not allowed.

@@ -1,4 +1,4 @@
-"""A body as one picture alone lets it be guessed: posture by a pose network, place by its size in the picture."""
+"""A body guessed from one picture: posture by a pose network, place by its size in the picture."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ GUESSED_HEIGHT_M = 1.7
 NEAREST_M = 0.2
 LEAST_VISIBLE = 0.3
 LEAST_SEEN = 6
-"""Confidence from which a joint counts for the place, and how many must."""
+"""Lowest confidence of a joint that counts for the place, and least number of such joints."""
 
 
 def camera_joints(frame: CameraFrame) -> Array:
@@ -26,7 +26,7 @@ def camera_joints(frame: CameraFrame) -> Array:
 
 
 def guessed_joints(picture: PictureJoints, confidence: Array, lens: Lens, scale: float = 1.0) -> Array:
-    """Return the joints in the camera frame where one picture alone lets them be [m], shape (21, 3); NaN = unknown.
+    """Return the joints in the camera frame, guessed from one picture [m], shape (21, 3); NaN = unknown.
 
     The body's place is found by linear least squares over the visible joints. Each joint then lies on its ray at its
     depth.

@@ -1,6 +1,6 @@
-"""Joints of cameras that see no depth: each lies on a ray, and all cameras together say where on it (step 3).
+"""Joints of cameras that see no depth: each lies on a ray, and all cameras together give its place on it (step 3).
 
-A single camera's joints are where its picture alone lets them be guessed.
+A single camera's joints are guessed from its picture.
 """
 
 from collections.abc import Iterator
@@ -26,27 +26,27 @@ POINT_M = 0.02
 """Usual error of a depth camera's joint [m]."""
 
 LEAST_ANGLE_RAD = 0.06
-"""Rays that meet at a smaller angle do not say where."""
+"""Smallest angle between rays that give a place."""
 
 SWAP_SHARE, SWAP_M, MOST_M = 0.7, 0.06, 0.3
-"""Cameras exchange left and right where that brings all rays to this share of their distance from the joints' places,
-if one camera's exceeds the second; a joint counts with at most the third.
+"""Left and right of cameras are exchanged if that reduces the distance of all rays from the joints' places to this
+share, and one camera's distance exceeds the second value; the distance of a joint is clipped to the third.
 """
 
 MOST_TURNED = 2
-"""So many cameras exchange left and right at once, at most."""
+"""Maximum number of cameras that exchange left and right at once."""
 
 _PAIRED = np.flatnonzero(MIRROR != np.arange(len(MIRROR)))
 
 FREE_M = 10.0
 GUESSED_M = 0.15
-"""Standard deviation along a ray [m] of a joint whose depth nothing tells, and of a guessed one."""
+"""Standard deviation along a ray [m] of a joint of unknown depth, and of a guessed one."""
 
 
 def on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array:
     """Return points on the rays of a picture's joints, 1 m from the camera, shape (21, 3), stage frame.
 
-    NaN for an unseen joint, and for all where the picture is of another shape than the camera's lens.
+    NaN for an unseen joint, and for all joints if the picture has another shape than the camera's lens.
     """
     return _points_on_rays(camera, picture, picture.pixels)
 
@@ -73,9 +73,9 @@ def _points_on_rays(camera: CameraCalibration, picture: PictureJoints, pixels: A
 
 
 def guessed(camera: CameraCalibration, picture: PictureJoints, confidence: Array, scale: float) -> Array:
-    """Return the joints where one picture alone lets them be, shape (21, 3), stage frame; NaN = unknown.
+    """Return the joints guessed from one picture, shape (21, 3), stage frame; NaN = unknown.
 
-    Args as of `guess.guessed_joints`; a camera whose lens is unknown has a usual one.
+    Args as for `guess.guessed_joints`; a camera whose lens is unknown has a usual one.
     """
     lens = _lens(camera, picture) or usual_lens(picture.width, picture.height)
     return transform_points(camera.T_stage_camera, guessed_joints(picture, confidence, lens, scale))
@@ -97,7 +97,7 @@ def nearest_on_rays(positions: Array, centre: Array, joints: Array) -> Array:
 
 
 def _nearest(positions: Array, centre: Array, joints: Array) -> tuple[Array, Array]:
-    """`nearest_on_rays`, and how far along the ray the joint is [m], shape (..., 21)."""
+    """`nearest_on_rays`, and the distance of the joint along the ray [m], shape (..., 21)."""
     centre = centre[..., None, :]
     rays = positions - centre
     rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
@@ -108,10 +108,10 @@ def _nearest(positions: Array, centre: Array, joints: Array) -> tuple[Array, Arr
 def placed(
     positions: Array, confidence: Array, centres: Array, rays: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
-    """Return the positions with those of ray cameras where the cameras together place the joint, NaN where they
-    cannot; and the confidence, 0 there.
+    """Return the positions, with those of ray cameras at the places that all cameras give, NaN where they give none;
+    and the confidence, 0 there.
 
-    A ray camera that confuses left and right has them exchanged.
+    Left and right of a ray camera that confuses them are exchanged.
 
     Args:
         positions: shape (camera_count, 21, 3) [m]; of a ray camera any points on the rays.

@@ -1,4 +1,4 @@
-"""Where several cameras place points: least squares over rays and points, with weights that fall with the distance.
+"""Places of points from several cameras: least squares over rays and points, with weights that fall with distance.
 
 Source: the midpoint of rays (Hartley, Sturm, "Triangulation", Computer Vision and Image Understanding 68, 1997),
 reweighted iteratively by Cauchy's weights (Holland, Welsch, "Robust regression using iteratively reweighted
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 CAUCHY = 2.0
 ROUNDS = 6
-"""Distance in usual errors from which a weight falls, and rounds of reweighting."""
+"""Residual, in usual errors, from which a weight falls, and rounds of reweighting."""
 
 _RIDGE = 1e-9
 """Share of the information that is added to every direction, so that parallel rays have a place too."""
@@ -38,8 +38,8 @@ def triangulate(
     Args:
         ends: any point on the ray, or the point of a camera that sees depth [m], shape (camera_count, point_count,
             3); NaN = unseen.
-        errors: usual error, shape (camera_count, point_count): across a ray per metre of distance, of a point in
-            metres.
+        errors: usual error, shape (camera_count, point_count): for a ray across it, per metre of distance; for a
+            point in metres.
         centres: optical centres [m], shape (camera_count, 3).
         rays: the cameras that see no depth, shape (camera_count,).
         least_angle_rad: rays alone must meet at a larger angle.
@@ -109,7 +109,7 @@ def _triangulated(
 
 @compiled
 def _meet(directions: Array, seen: NDArray[np.bool_], least_sine: float) -> bool:
-    """Whether any two of the seen rays meet at an angle that says where."""
+    """Whether any two of the seen rays meet at an angle that is large enough."""
     for c in range(len(directions)):
         for d in range(c):
             if seen[c] and seen[d]:

@@ -10,26 +10,26 @@ from studio.engine.base.compiled import compiled
 Array = NDArray[np.float64]
 
 ACROSS_M = 0.012
-"""Usual error of a hand's landmark across its ray [m]: lasting errors count as often as they are seen."""
+"""Usual error of a hand's landmark across its ray [m]; lasting errors count again in every frame."""
 
 TIMES = np.array([1.0, 2.5, 2.5, 1.5, 1.5] + [1.0, 1.3, 1.3, 1.5] * 4)
-"""Times this for each landmark: a thumb's root is no clear place and moves in more ways than the model's, and the
-fingers tell less of the palm than its knuckles do."""
+"""Factor of this error for each landmark: a thumb's root is ill-defined and moves in more ways than the model's, and
+the fingers say less about the palm than its knuckles do."""
 
 ALONE_M = 0.03
-"""The same where one camera alone sees the hand: its errors then turn the whole hand."""
+"""Usual error [m] where only one camera sees the hand: its errors then turn the whole hand."""
 
 CAUCHY = 2.0
-"""Distance in usual errors from which a landmark's weight falls."""
+"""Residual, in usual errors, from which a landmark's weight falls."""
 
 MOST_M = 0.06
-"""A ray misses a landmark by at most this much, for `missed`."""
+"""Limit to which each distance is clipped for the mean distance `missed`."""
 
 ROUNDS, COLD_ROUNDS = 4, 12
-"""Gauss-Newton steps of a hand that was seen just before, and of another."""
+"""Most Gauss-Newton steps of a hand that is already followed, and of a new one."""
 
 ENOUGH = 2e-3
-"""A step whose largest number is smaller [rad, m] is the last."""
+"""The iteration ends after a step whose largest number is below this [rad, m]."""
 
 
 @compiled
@@ -151,8 +151,8 @@ def corrected(
     high: Array,
     rounds: int,
 ) -> tuple[Array, Array, float]:
-    """Return a hand's state and its covariance after the cameras' rays: a robust iterated Kalman update; and the mean
-    distance at which the rays then miss the hand [m], of which each counts with at most `MOST_M`.
+    """Return a hand's state and covariance after a robust iterated Kalman update by the cameras' rays, and the mean
+    distance at which the rays then miss the hand [m], each distance clipped to `MOST_M`.
 
     Args:
         expected: the state before, shape (STATE,), and its covariance, (STATE, STATE).

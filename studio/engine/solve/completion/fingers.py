@@ -45,7 +45,7 @@ class Fingers:
             positions: of the output joints by the body [m], shape (52, 3).
             rotations: world rotations of the output joints, shape (52, 3, 3), fingers' unset.
             frames: the cameras' frames.
-            hands: the hand states' fingers, to which those that are not seen return; None = straight.
+            hands: fingers of the hand states, to which unseen fingers return; None = straight.
             dt: time since the last frame [s].
         """
         rays = frames.hand_rays
@@ -98,7 +98,7 @@ def untwisted(upper: Array, forearm: Array) -> tuple[Array, float]:
 
 
 def arm_of(model: HandModel, positions: Array, rotations: Array, hands: Hands | None) -> Arm:
-    """Return what the body and the hand states say of a hand; args as of `Fingers.follow`."""
+    """Return what the body and the hand states say about a hand; args as for `Fingers.follow`."""
     upper, fore, hand = model.arm
     base, twist = untwisted(rotations[upper], rotations[fore])
     turn = rotations[fore].T @ rotations[hand]

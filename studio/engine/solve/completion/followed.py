@@ -43,7 +43,7 @@ def follow_head(
 
 
 class FollowedSmoother:
-    """Hands and head over a whole take: `add` frame by frame, then take the oldest ones, `smoothed`."""
+    """Hands and head over a whole take: `add` each frame, then take the oldest frames with `smoothed`."""
 
     def __init__(self, skeleton: Skeleton, settings: SolveSettings) -> None:
         self._fingers = None
@@ -79,10 +79,10 @@ class FollowedSmoother:
         self._head_steps.append(head)
 
     def smoothed(self, count: int) -> list[Followed]:
-        """Return the oldest frames, with what later ones say.
+        """Return the oldest frames, smoothed with the later ones, and forget them.
 
         Args:
-            count: of the frames, which are forgotten.
+            count: number of frames.
         """
         sides = [
             _smoothed_pieces([steps[k] for steps in self._hand_steps], hand_follower.smoothed)[:count]
@@ -99,7 +99,7 @@ class FollowedSmoother:
 def _smoothed_pieces(
     steps: list[Step | None], smoothed: Callable[[list[Step]], list[State]]
 ) -> list[State | None]:
-    """Smoothed states; each piece in which there are steps by itself."""
+    """Smoothed states; each piece without a missing step is smoothed by itself."""
     out: list[State | None] = []
     piece: list[Step] = []
     for step in [*steps, None]:

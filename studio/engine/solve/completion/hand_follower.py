@@ -34,8 +34,8 @@ FAR_M = 0.12
 """A camera whose rays miss the body's palm by more than this on average sees another hand, or none."""
 
 LOST_M, FOUND_SHARE = 0.02, 0.8
-"""A hand that the rays miss by this much on average is sought anew from what the body says, and taken from there if
-they then miss it by this share."""
+"""A hand that the rays miss by more than this on average is fitted again from what the body says. The new fit is
+taken if it reduces the distance to this share."""
 
 _SHIFT_M, _TWIST, _BENDS, _SIZE = 0.04, math.radians(50.0), math.radians(12.0), 0.1
 _ACROSS, _CLOSING, _THUMB = math.radians(8.0), math.radians(45.0), math.radians(22.0)
@@ -55,12 +55,12 @@ _UNMOVED = np.arange(STATE) == SIZE
 
 @dataclass(frozen=True)
 class Arm:
-    """What the body says of a hand.
+    """What the body says about a hand.
 
     Attributes:
         forearm: the forearm's world rotation without its twist, 3x3.
         wrist_m: place of the wrist, stage frame, shape (3,).
-        resting: the hand's state by the body and the hand states, shape (STATE,).
+        resting: the hand's state according to body and hand states, shape (STATE,).
     """
 
     forearm: Array
@@ -95,7 +95,7 @@ class HandFollower:
         self._unseen_s = 0.0
 
     def resting_points(self, arm: Arm) -> Array:
-        """Return where the body has the hand's landmarks [m], shape (21, 3)."""
+        """Return the hand's landmarks according to the body [m], shape (21, 3)."""
         return hand_points(arm.resting, arm.forearm, arm.wrist_m, *self._chain)[0]
 
     def follow(self, arm: Arm, rays: Array, centres: Array, dt: float) -> HandStep | None:
@@ -150,7 +150,7 @@ class HandFollower:
 
 
 def smoothed(steps: list[HandStep]) -> list[Array]:
-    """Return the states of frames in a row with what came after them."""
+    """Return the states of consecutive frames, smoothed with the later ones."""
     out = [steps[-1].state]
     for step, after in zip(steps[-2::-1], steps[:0:-1], strict=True):
         gain = np.linalg.solve(after.before, after.stays[:, None] * step.after).T

@@ -1,6 +1,6 @@
-"""A head that follows the landmarks of its face: an iterated Kalman filter of where it is turned, and its smoother.
+"""A head that follows the landmarks of its face: an iterated Kalman filter of its orientation, and its smoother.
 
-The face is rigid (`human.face`), of a size that is found. Its place is the body's, but for a shift. All is relative
+The face is rigid (`human.face`); its size is estimated. Its place is the body's plus a shift. The state is relative
 to a head that looks straight ahead, to which an unseen head returns. A filter's frames can be smoothed afterwards
 (Rauch, Tung, Striebel, AIAA J. 3, 1965), on the tangent of the expected rotation.
 """
@@ -34,14 +34,14 @@ FORGET_S = 3.0
 """A head that no camera has seen for this long is no longer followed."""
 
 EXCHANGED_SHARE = 0.6
-"""A camera has exchanged left and right where that brings its rays to this share of their distance from the face."""
+"""A camera has exchanged left and right if undoing it reduces its rays' distance from the face to this share."""
 
 FAR_M = 0.1
 """A camera whose rays miss the face by more than this on average sees another one."""
 
 ALONE_TIMES = 1.5
-"""A landmark errs this many times as much where one camera alone sees the face: errors of the whole face are not
-told from turns by another."""
+"""Factor of a landmark's error where only one camera sees the face: no other separates errors of the whole face from
+turns."""
 
 _TURNS, _SHIFT_M, _SIZE = np.radians([22.0, 12.0, 40.0]), 0.03, 0.25
 SPREADS = np.array([*_TURNS, *[_SHIFT_M] * 3, _SIZE])
@@ -53,7 +53,7 @@ _EARS = np.array(EARS)
 
 @dataclass(frozen=True)
 class HeadState:
-    """How a head is turned from looking straight ahead, 3x3, the shift of its place [m], and the size's logarithm."""
+    """A head's rotation from looking straight ahead, 3x3, the shift of its place [m], and the size's logarithm."""
 
     turn: Array
     shift: Array
@@ -153,7 +153,7 @@ def _on_head(straight: Array, place: Array, rays: Array, centres: Array) -> tupl
 
 
 def _sorted_rays(rays: Array, centres: Array, expected: HeadState) -> Array:
-    """The rays with left and right of a camera exchanged where that fits, NaN where they are of another face."""
+    """The rays, with a camera's left and right exchanged where that fits better; NaN where they show another face."""
     points = face_points(expected.turn, expected.shift, expected.size, _PLACES)
     out = np.full((len(rays), LANDMARKS, 3), np.nan)
     for c, centre in enumerate(centres):
@@ -168,7 +168,7 @@ def _sorted_rays(rays: Array, centres: Array, expected: HeadState) -> Array:
 
 
 def smoothed(steps: list[HeadStep]) -> list[HeadState]:
-    """Return the states of frames in a row with what came after them."""
+    """Return the states of consecutive frames, smoothed with the later ones."""
     out = [steps[-1].state]
     for step, after in zip(steps[-2::-1], steps[:0:-1], strict=True):
         gain = np.linalg.solve(after.before, after.stays[:, None] * step.after).T

@@ -13,22 +13,22 @@ TURN, SHIFT, SIZE, STATE = slice(0, 3), slice(3, 6), 6, 7
 """Parts of an error of the state, and how many numbers it has: turn [rad], shift [m], and the size's logarithm."""
 
 ACROSS_M, COMMON_M = 0.025, 0.02
-"""Usual error of a face's landmark across its ray beside the others [m]: lasting errors count as often as they are
-seen; and the error that all landmarks of one camera share."""
+"""Usual error of one landmark of a face across its ray [m], where lasting errors count again in every frame; and the
+error that all landmarks of one camera share."""
 
 CAUCHY = 2.0
-"""Distance in usual errors from which a landmark's weight falls."""
+"""Residual, in usual errors, from which a landmark's weight falls."""
 
 MOST_M = 0.15
-"""A ray misses a landmark by at most this much, for the mean."""
+"""Limit to which each distance between ray and landmark is clipped for the mean."""
 
 BEHIND = -0.25
 BEHIND_TIMES, TURNED_EAR_TIMES = 5.0, 2.0
-"""A landmark whose side of the head is turned from the camera further than this cosine errs so many times as much:
-a network guesses it from the body; ears it sees from behind."""
+"""Factors of the error of a landmark, and of an ear, whose side of the head is turned from the camera further than
+this cosine: the network guesses the landmark from the body, but sees ears from behind."""
 
 ROUNDS, ENOUGH = 6, 1e-3
-"""Most Gauss-Newton steps, and a step that is the last, by its largest number [rad, m]."""
+"""Most Gauss-Newton steps; the iteration also ends after a step whose largest number is below this [rad, m]."""
 
 
 @compiled
@@ -82,7 +82,7 @@ def face_points(turn: Array, shift: Array, size: float, places: Array) -> Array:
 
 @compiled
 def usual_errors(turn: Array, shift: Array, centre: Array, places: Array, ears: NDArray[np.int64]) -> Array:
-    """Return how many times as much as usual one camera's landmarks err, shape (11,): see `BEHIND`."""
+    """Return the factors of the usual error for one camera's landmarks, shape (11,): see `BEHIND`."""
     out, to_eye = np.ones(len(places)), np.zeros(3)
     away = centre - shift
     away /= math.sqrt(away[0] ** 2 + away[1] ** 2 + away[2] ** 2)
@@ -101,8 +101,8 @@ def usual_errors(turn: Array, shift: Array, centre: Array, places: Array, ears: 
 
 @compiled
 def missed_m(points: Array, rays: Array, centre: Array) -> float:
-    """Return the mean distance at which one camera's rays, shape (11, 3), miss points, shape (11, 3) [m], of which
-    each counts with at most `MOST_M`; infinite where it sees none."""
+    """Return the mean distance at which one camera's rays, shape (11, 3), miss points, shape (11, 3) [m], each
+    distance clipped to `MOST_M`; infinite where it sees none."""
     total, count = 0.0, 0
     for row in range(len(points)):
         if not rays[row, 0] == rays[row, 0]:
@@ -128,9 +128,9 @@ def _told(
     matrix: Array,
     side: Array,
 ) -> tuple[Array, Array, Array]:
-    """Add what one camera's rays tell of the state to the normal equations, in place in `matrix` and `side`.
+    """Add one camera's rays to the normal equations of the state, in place in `matrix` and `side`.
 
-    Returns what they tell of the camera's own shift of the face: its matrix (3, 3), the one of shift and state
+    Returns the equations of the camera's own shift of the face: its matrix (3, 3), the one of shift and state
     (3, STATE), and the right side (3,); zero where it sees nothing.
     """
     own, mixed, pull = np.zeros((3, 3)), np.zeros((3, STATE)), np.zeros(3)
@@ -181,7 +181,7 @@ def corrected(
     ears: NDArray[np.int64],
     across_m: float,
 ) -> tuple[Array, Array, float, Array]:
-    """Return a head's state and its covariance after the cameras' rays: a robust iterated Kalman update.
+    """Return a head's state and covariance after a robust iterated Kalman update by the cameras' rays.
 
     Args:
         turn: the head's expected rotation, 3x3, and its covariance, (STATE, STATE).
@@ -213,7 +213,7 @@ def corrected(
             )
             if own[0, 0] == 0.0:
                 continue
-            for a in range(3):  # the camera's own shift, and then without it (Schur)
+            for a in range(3):  # add the camera's own shift, then eliminate it (Schur complement)
                 own[a, a] += 1.0 / (COMMON_M * COMMON_M)
                 pull[a] -= shifts[c, a] / (COMMON_M * COMMON_M)
             gains[c], offs[c] = np.linalg.solve(own, mixed), np.linalg.solve(own, pull)

@@ -1,6 +1,6 @@
 """Look-at: the head's direction where its orientation is not measured (Ménard 2014, 5.4).
 
-The head turns towards a target, or as its face was seen, and the neck takes a share of the turn. Both stay within
+The head turns towards a target, or follows the measured face. The neck takes a share of the turn. Both stay within
 their ranges and within the speed of a head. The neck leans so that the head joint keeps its measured place.
 """
 
@@ -72,7 +72,7 @@ class LookAt:
 
     @classmethod
     def of(cls, settings: SolveSettings) -> "LookAt | None":
-        """Return the one of a solve's settings; None = off."""
+        """Return the `LookAt` of a solve's settings; None = off."""
         if settings.look_at == "off":
             return None
         return cls(settings.look_at, settings.look_at_point_m, flexibility=settings.flexibility)
@@ -107,7 +107,7 @@ class LookAt:
             rotations: world rotations.
             head_wxyz: measured head orientation in the stage frame, if any.
             dt: time since the last frame [s].
-            face: world rotation of the head by its face's landmarks, 3x3, which counts more; None = not seen.
+            face: world rotation of the head by its face's landmarks, 3x3, preferred to the others; None = not seen.
         """
         chest = rotations[_CHEST]
         if face is not None:
@@ -131,7 +131,7 @@ class LookAt:
         last_yaw, last_pitch, last_roll = self._turn
         x, y, _ = gaze.tolist()
         yaw, pitch = _angles_of(gaze)
-        if -y < 0.2 * math.hypot(x, y):  # beside or behind: the limit on the present side
+        if -y < 0.2 * math.hypot(x, y):  # to the side or behind: the limit on the present side
             yaw = math.copysign(MAX_YAW_RAD, last_yaw if abs(last_yaw) > 0.3 else x)
         share = 1.0 - math.exp(-dt / FOLLOW_S)
         return (

@@ -31,7 +31,7 @@ _FAST = {
 _OTHER_M_S = 2.0  # spine, chest, neck, head: 10 rad/s
 DEFAULT_M_S: dict[str, float] = {name: _FAST.get(name.split("_")[-1], _OTHER_M_S) for name in CANONICAL}
 """Largest speed of each canonical joint relative to its parent [m/s]; of the hips, on the stage: an adult's bone
-length times the angular speed in the comment beside it.
+length times the angular speed in the comment next to it.
 """
 
 _FINGER_M_S = 1.0  # bones of 2 to 4 cm at 25 to 50 rad/s; the fastest tapping, 7 Hz over 60 degrees, has 23

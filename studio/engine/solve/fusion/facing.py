@@ -34,7 +34,7 @@ _NECK, _HIPS = INDEX["neck"], INDEX["hips"]
 
 
 def forwardness(joints: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far feet point, and knees bend, to the front of the body, -1..1, shape (...).
+    """Return the degree to which feet point, and knees bend, to the front of the body, -1..1, shape (...).
 
     NaN where it is unknown: unseen joints, or a performer who bends, sits or lifts a leg with straight knees.
 

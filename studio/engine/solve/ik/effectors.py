@@ -18,8 +18,8 @@ def _dof_outputs() -> list[str]:
 
 
 def pull_scale(humanoid: Humanoid, effectors: dict[str, Effector]) -> NDArray[np.float64] | None:
-    """Return each joint's share of influence on each degree of freedom, shape (21, nv): `pull` beyond its own limb
-    (hips, spine, clavicles), 1 within it. Return None where every pull is 1.
+    """Return each joint's share of influence on each degree of freedom, shape (21, nv): 1 within its own limb, `pull`
+    beyond it (hips, spine, clavicles). Return None where every pull is 1.
     """
     pulls = np.array([effectors[name].pull for name in CANONICAL])
     if (pulls == 1.0).all():

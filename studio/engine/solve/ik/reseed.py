@@ -32,7 +32,7 @@ FADE_S = 0.2
 """Blend time to the new configuration of a limb."""
 
 STARTS = 10
-"""Number of starts spread over the limb's ranges, beside its present pose, the pose shown by the joints, and rest."""
+"""Number of starts spread over the limb's ranges, besides its present pose, the one shown by the joints, and rest."""
 
 UNSURE_M = 0.06
 """A joint with a larger standard deviation does not count as evidence of a stuck limb."""

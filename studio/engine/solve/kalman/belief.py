@@ -29,8 +29,8 @@ observed to expected corrections of its velocity over this time, within this ran
 
 MOST_CORRECTED = 5.0
 LEAST_VARIANCE = 1e-12
-"""A correction is clipped at this many of its standard deviations; a smaller expected variance [(rad/s)2] is
-ignored."""
+"""A correction is clipped at this many of its standard deviations; one with a smaller expected variance [(rad/s)2]
+is ignored."""
 
 LONGEST_BACK = 0.3
 """Largest smoothing step of a degree of freedom [m, rad]."""

@@ -39,16 +39,17 @@ FORGET_S = 0.5
 """The filter restarts after this long without a joint."""
 
 NO_BODY_M, DOUBTED_S = 0.05, 0.5
-"""Joints that rays place are not the performer's if half of them are further than this from any pose; so long."""
+"""Joints placed by rays are rejected if half of them are further than this from any pose, for at most this long."""
 
 CLEARLY = 0.7
-"""Left and right are exchanged in some cameras if the joints are then this share as far from a pose."""
+"""Left and right are exchanged in some cameras if that reduces the joints' distance from a pose to this share."""
 
 PIN_STEPS, PIN_NEAR_M = 3, 0.002
-"""Most corrections by a known joint, and how near to its place it needs no other [m]."""
+"""Most corrections by a known joint, and distance from its place below which no other follows [m]."""
 
 PIN_TURNS, PIN_TURN_RAD = 12, 0.5
-"""The same of the output pose, and how far one of them turns a hinge: a limb that has to stretch does not fold."""
+"""Most corrections of the output pose, and the furthest that one turns a hinge: a limb that has to stretch does not
+fold."""
 
 LONGEST_S = 0.2
 """Longest prediction in one step [s]."""
@@ -100,7 +101,7 @@ class BodyFilter:
         return 0.0 if self._feet is None else self._feet.floor_m
 
     def stand_beside(self, other: "BodyFilter") -> None:
-        """Stand on the floor that the feet of another performer find."""
+        """Use the floor that another performer's feet find."""
         if self._feet is not None:
             self._feet.beside = other._feet
 
@@ -164,11 +165,11 @@ class BodyFilter:
         return shown and (not self._started or late or self._lost)
 
     def _of_rays(self, frames: FrameSet, dt: float) -> FusedSkeleton | None:
-        """Return where rays place the performer at the start of a solve; None where they show none yet.
+        """Return the performer's joints from rays at the start of a solve; None where they show none yet.
 
-        Cameras whose left and right differ place joints where the rays meet, in no human shape: they are exchanged
-        in those cameras with which a pose meets them best. Feet and knees then tell the body from its mirror image.
-        After `DOUBTED_S` anything is taken.
+        If left and right differ between cameras, the rays meet in no human shape. They are exchanged in those cameras
+        for which a pose then fits best. Feet and knees then distinguish the body from its mirror image. After
+        `DOUBTED_S` any result is taken.
         """
         self._doubted_s += dt
         found = [(self._off_body(fused), fused) for fused in ways_of_sides(frames)]
@@ -186,7 +187,7 @@ class BodyFilter:
         return fused
 
     def _off_body(self, fused: FusedSkeleton) -> float:
-        """How far half of the joints are from any pose, at least [m]; infinite where the trunk is unseen."""
+        """Median distance of the joints from the pose that fits them [m]; infinite where the trunk is unseen."""
         q = Solver(self.humanoid, self._settings).solve(fused.positions, fused.sigma, 0.0)
         if q is None:
             return np.inf
@@ -288,8 +289,8 @@ class BodyFilter:
         self._unstick(*(rows.middle() if watched is None else watched), elapsed)
 
     def _known(self, frames: FrameSet, sites: Array) -> Pinned:
-        """Joints that are known in the output frame over the floor that was found: pinned ones, and those that touch,
-        of a body with these joints."""
+        """Known joints in the output frame, over the floor that was found: pinned ones, and those that touch.
+        `sites`: the body's joints."""
         pinned = None if frames.pinned is None else frames.pinned.raised(self.floor_m)
         return self._contact.known(pinned, frames.touches, sites, self.floor_m)
 
@@ -390,5 +391,5 @@ class BodyFilter:
 
 
 def _is_told(frames: FrameSet) -> bool:
-    """Whether an operator says where joints are."""
+    """Whether an operator has set places of joints."""
     return frames.pinned is not None or bool(frames.touches)

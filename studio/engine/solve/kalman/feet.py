@@ -22,7 +22,7 @@ FEET = np.array([INDEX[n] for n in ("left_ankle", "left_toe", "right_ankle", "ri
 LAND_SPEED_M_S = 0.5
 STOP_SPEED_M_S = 0.35
 LEAVE_SPEED_M_S = 1.0
-"""A landing joint stands below the first speed, one that slid below the second. It is released above the third."""
+"""A landing joint stands below the first speed; one that slid, below the second. It is released above the third."""
 
 LAND_HEIGHT_M = 0.05
 LEAVE_HEIGHT_M = 0.09
@@ -43,7 +43,7 @@ FLOOR_S = 4.0
 
 NEAR_FLOOR_M = 0.08
 LOWEST_FLOOR_M = -0.3
-"""Feet lower than this do not find the floor at the beginning: a device that loses a body may show it metres deep."""
+"""Lowest height at which feet may find the floor at first: a device that loses a body may show it metres deep."""
 
 HOLD_SIGMA_M = 0.003
 ENOUGH_M = 0.004
@@ -58,7 +58,7 @@ class StandingFeet:
 
     Attributes:
         stand_m: mean height of standing feet above their height at rest [m]; None until they have stood.
-        beside: the feet of somebody whose floor this is too; None = these feet find it.
+        beside: another performer's feet, whose floor these stand on; None = these feet find it.
     """
 
     def __init__(self, humanoid: Humanoid, low: Array, high: Array) -> None:
@@ -88,7 +88,7 @@ class StandingFeet:
         self._stands = np.zeros(4, dtype=bool)
         self._velocity = np.zeros((4, 3))
         self._slid = np.zeros(4, dtype=bool)
-        self._asked_s = np.zeros(4)  # for how long an operator has had them stand
+        self._asked_s = np.zeros(4)  # how long they have stood by an operator's edit
 
     def held(
         self,
@@ -105,7 +105,7 @@ class StandingFeet:
             velocity: shape (nv,).
             place: covariance of the configuration, shape (nv, nv); less certain degrees of freedom move more.
             dt: time since the last frame [s].
-            stands: joints that stand (1) or do not (-1) whatever is found, shape (4,); None = nothing is known.
+            stands: joints that stand (1) or do not (-1), whatever the solve finds, shape (4,); None = unknown.
         """
         here, jacobian = self._linearised(q)
         stood, at = self._stands.copy(), self._at.copy()
@@ -158,9 +158,9 @@ class StandingFeet:
     def _obey(
         self, stands: NDArray[np.int8], stood: NDArray[np.bool_], at: Array, here: Array, dt: float
     ) -> None:
-        """Put feet down and release them as an operator says; `stood`, `at`: which stood before, and where.
+        """Hold and release feet as an operator's edits say; `stood`, `at`: which stood before, and where.
 
-        The place of a foot that stands by that is the mean of where the state has had it: it moves less and less.
+        The place of a foot held by an edit is the mean of its places in the state so far: it moves less and less.
         """
         step = dt / FADE_S
         self._asked_s = np.where(stands > 0, self._asked_s + dt, 0.0)

@@ -121,7 +121,7 @@ def middles(positions: Array, information: Array) -> tuple[Array, Array]:
 
 @compiled
 def ray_middles(positions: Array, information: Array) -> tuple[Array, Array]:
-    """As `middles`, where some rows are known across their rays only: the place of the least squares."""
+    """As `middles`, where some rows are known only across their rays: the least-squares places."""
     rows, count = positions.shape[:2]
     mean, root = np.full((count, 3), np.nan), np.zeros(count)
     for k in range(count):

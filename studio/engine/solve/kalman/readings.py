@@ -38,7 +38,7 @@ SWAP_SHARE, SWAP_M = 0.7, 0.06
 """Left and right are exchanged if that reduces the joints' distance to this share, and the distance exceeds this."""
 
 MOST_GUESSED_M = 0.1
-"""A depth that one picture lets be guessed counts as at most this far from the expected one."""
+"""Largest difference between a depth guessed from one picture and the expected one; beyond it, it is clipped."""
 
 _PAIRED = np.flatnonzero(MIRROR != np.arange(JOINT_COUNT))
 _MIRRORED = MIRROR[_PAIRED]

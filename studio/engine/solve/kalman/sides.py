@@ -1,4 +1,4 @@
-"""Left and right at the start of a solve by rays: all ways in which cameras may have them."""
+"""Left and right at the start of a solve by rays: all combinations of cameras that may have exchanged them."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,7 +14,7 @@ from studio.engine.solve.fusion.robust import RobustFusion
 def ways_of_sides(frames: FrameSet) -> Iterator[FusedSkeleton]:
     """Yield the joints as the cameras name them, then with left and right exchanged in some of them.
 
-    Of two ways that only differ by an exchange in all cameras, one is there.
+    Of two combinations that differ only by an exchange in all cameras, one is yielded.
     """
     yield RobustFusion().fuse(frames)
     count = len(frames.cameras)

@@ -34,8 +34,8 @@ MAX_ROUND_TRIP_NS = 2_000_000_000
 ARRIVAL_STEP_NS = 500_000_000
 ARRIVAL_SPREAD_NS = 100_000_000
 AHEAD_ARRIVALS, BEHIND_ARRIVALS = 2, 15
-"""For a clock known by arrivals alone: it has jumped if so many frames in a row are early or late by more than a step
-and by about the same amount. No delay makes frames early. A held-up link makes frames late by decreasing amounts.
+"""For a clock known by arrivals alone: it has jumped if this many frames in a row are early or late by more than a
+step and by about the same amount. No delay makes frames early. A held-up link makes them late by decreasing amounts.
 """
 
 

@@ -72,7 +72,7 @@ class Schedule:
     def rest(self, newest_stage_ns: dict[str, int]) -> list[int]:
         """Return the remaining stage times [ns] at the end of a take.
 
-        No camera that lost the performer up to half a second before is waited for: nothing of it comes.
+        A camera that lost the performer up to half a second before the end is not waited for: it sends nothing more.
         """
         self._ahead_ns, self._waits_ns = 0, MAX_WAIT_NS
         return self.due(newest_stage_ns)

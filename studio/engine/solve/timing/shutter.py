@@ -1,6 +1,6 @@
-"""Rolling shutters (step 3): a picture's rows are read one after the other, its stamp is that of the middle one.
+"""Rolling shutters (step 3): a picture's rows are read one after the other; its stamp is that of the middle row.
 
-A landmark is moved along its course in the picture, from the moment when its row was read to that of the stamp.
+A landmark is moved along its path in the picture, from the time when its row was read to the time of the stamp.
 Source of the model: Forssén, Ringaby, "Rectifying rolling shutter video from hand-held devices", CVPR 2010.
 """
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from studio.engine.model.frames import CameraFrame, PictureJoints
 
 _LONGEST_S = 0.1
-"""Between frames that are further apart, nothing is said of speeds."""
+"""Longest time between two frames from which speeds are taken."""
 
 _LARGEST_STEP = 0.06
 """A landmark that moves by more from frame to frame, as a share of the picture's longer side, was read wrongly."""
@@ -55,7 +55,7 @@ class RollingShutter:
         before: NDArray[np.float64],
         step_s: float,
     ) -> NDArray[np.float64]:
-        """Pixels, shape (..., 2), by their way since the frame before; those without one stay."""
+        """Pixels, shape (..., 2), moved by their speed since the last frame; those without a speed stay."""
         step = pixels - before
         most = _LARGEST_STEP * max(picture.width, picture.height)
         usual = np.hypot(step[..., 0], step[..., 1]) < most  # NaN compares as False

@@ -32,7 +32,7 @@ MAX_GAP_NS = 100_000_000
 """Longest gap between two frames that is interpolated."""
 
 MAX_AGE_NS = 60_000_000
-"""Longest distance in time of a frame that stands for an instant."""
+"""Largest time between an instant and a frame that stands for it."""
 
 FAR_M = 100.0
 """A joint that a camera reports further away than this, along any axis, is an error and counts as unseen."""
@@ -108,7 +108,7 @@ class _Camera:
         return self.joints[places[0]], self.confidence[places[0]]
 
     def _about(self, stage_ns: int) -> list[int]:
-        """The two frames around an instant between which is interpolated, else the nearest; empty = none is near."""
+        """The two frames around an instant, for interpolation, else the nearest one; empty = none is near."""
         after = len(self.times)
         while after > 0 and self.times[after - 1] >= stage_ns:
             after -= 1
@@ -133,8 +133,8 @@ class _Camera:
     def unread(self, stage_ns: int) -> list[int]:
         """Indices of unread frames, oldest first, up to the first after an instant.
 
-        Frames that are too old or too far ahead are left out, so that the result does not depend on how much more is
-        known already.
+        Frames that are too old or too far ahead are left out, so that the result does not depend on how many later
+        frames have arrived.
         """
         if self._read_ns is not None and self._read_ns > stage_ns:
             return []
@@ -182,7 +182,7 @@ class Synchroniser:
         Args:
             cameras: by name.
             ahead_ns: look-ahead of the readings beyond the instant of a frame set [ns].
-            performer: whose size and trunk pictures show; None = a usual one.
+            performer: gives the size and trunk of the body in the pictures; None = a usual one.
         """
         self._calibrations = cameras
         self._alone = len(cameras) == 1
@@ -229,14 +229,14 @@ class Synchroniser:
     def _of_picture(
         self, calibration: CameraCalibration, picture: PictureJoints, confidence: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Joints of a camera without depth in the stage frame [m], shape (21, 3): guessed where it is the only one,
-        else anywhere on their rays."""
+        """Joints of a camera without depth in the stage frame [m], shape (21, 3): at guessed depths if it is the only
+        camera, else anywhere on their rays."""
         if not self._alone:
             return on_rays(calibration, picture)
         return guessed(calibration, picture, confidence, self._scale)
 
     def _guessed_behind_m(self, frame: CameraFrame) -> NDArray[np.float64] | None:
-        """How far joints are guessed to be behind the hips; of the only camera, their positions tell it already."""
+        """Guessed distances of joints behind the hips; None for the only camera, whose positions contain them."""
         return None if frame.picture is None or self._alone else self._scale * frame.picture.world_m[:, 2]
 
     def newest_stage_ns(self) -> dict[str, int]:

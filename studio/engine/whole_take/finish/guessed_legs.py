@@ -1,8 +1,8 @@
-"""Legs that one camera without depth sees alone: which of them is in front.
+"""Front and back of legs that only one camera without depth sees.
 
-Legs that cross and legs that swing back look alike from the front. Without depth they go on as they came, which soon
-takes them a metre apart. The picture's guess tells which one is in front. It flattens a body and errs for long, so it
-counts only where the solve contradicts it by more than it errs.
+Legs that cross and legs that swing back look alike from the front. Without depth they continue as they moved, and are
+soon a metre apart. The picture's guess shows which one is in front. It flattens a body and errs for long, so it
+counts only where the solve contradicts it by more than `ERRS_M`.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from studio.engine.model.triangulation.rays import GUESSED_M
 from studio.engine.whole_take.finish.measurements import Measurements
 
 ERRS_M = 0.5
-"""Error of a guess of how far a leg's joint is behind the other leg's [m]: 95 % of those of two real recordings are
+"""Error of the guessed distance of a leg's joint behind the other leg's [m]: in two real recordings 95 % are
 smaller."""
 
 HIPS, *LEGS = (np.array([INDEX[f"left_{name}"], INDEX[f"right_{name}"]]) for name in ("hip", "knee", "ankle"))
@@ -26,7 +26,7 @@ def add_guessed_legs(
     measurements: Measurements,
     inflation: float,
 ) -> None:
-    """Add what guesses say of legs, in place.
+    """Add the guessed distances between the legs, in place.
 
     Args:
         weight: information of each joint, shape (frame_count, 21, 3, 3) [1/m2].
@@ -46,7 +46,7 @@ def add_guessed_legs(
     for pair in LEGS:
         apart_m = np.nan_to_num(off_m[:, pair[0]] - off_m[:, pair[1]])
         beyond_m = np.sign(apart_m) * np.maximum(np.abs(apart_m) - ERRS_M, 0.0)
-        counts = (beyond_m != 0.0) & seen[:, [*HIPS, *pair]].all(axis=1)  # the rays of unseen joints are none
+        counts = (beyond_m != 0.0) & seen[:, [*HIPS, *pair]].all(axis=1)  # unseen joints have no rays
         for joint, side in zip(pair, (0.5, -0.5), strict=True):
             ray = rays[counts, joint]
             at, information = (frames[counts], joint), 1.0 / (inflation * GUESSED_M**2)

@@ -1,4 +1,4 @@
-"""What an operator knows of a take, as finishing takes it: joints at places, stances of feet, contacts of joints."""
+"""An operator's knowledge of a take, in the form for finishing: places of joints, stances of feet, contacts."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ from studio.engine.whole_take.finish.trajectory import Kinematics
 
 
 class Known:
-    """What is known of one performer in all frames.
+    """What an operator knows about one performer, in all frames.
 
     Attributes:
         pinned: joints at known places; None = none.
@@ -46,7 +46,7 @@ class Known:
         floor_given: bool,
         lifted_m: float | None = None,
     ) -> Contacts:
-        """Return contacts of feet with the stances that are known; places move to the floor that the feet show.
+        """Return the feet's contacts with known stances; known places move to the floor that the feet show.
 
         Args:
             contacts: as they were found.
@@ -65,8 +65,8 @@ class Known:
         return contacts
 
     def raise_feet(self, feet: Soles, contacts: Contacts) -> None:
-        """Raise what is pinned of feet whose sole is under the floor there: a place that was clicked is off by
-        centimetres, the floor is not."""
+        """Raise the pins of feet whose sole is under the floor: a clicked place is off by centimetres, the floor is
+        not."""
         if self._places is None:
             return
         dips = np.maximum(dips_m(feet, contacts), 0.0).reshape(-1, 2, 2).max(axis=2)
@@ -78,7 +78,7 @@ class Known:
     def touch(
         self, kinematics: Kinematics, q: NDArray[np.float64], pieces: list[tuple[int, int]], floor_m: float
     ) -> None:
-        """Place the joints that touch something where they touch it.
+        """Compute the places of joints that touch something.
 
         Args:
             kinematics: of the performer's humanoid.

@@ -27,8 +27,8 @@ ALONG = 0
 LEAST_COUNT = 60
 SHARE = 2.0
 SCALE_RANGE = (1.0, 100.0)
-"""Noise is estimated from at least this many frames. Noise that changes between frames counts this much more, because
-it moves the body more. The variance relative to the usual is clamped to this range.
+"""Noise is estimated from at least this many frames. Noise that changes between frames counts by this factor more,
+because it moves the body more. The variance relative to the usual is clamped to this range.
 """
 
 SPREAD_RANGE = (0.5, 30.0)
@@ -36,9 +36,10 @@ SPREAD_RANGE = (0.5, 30.0)
 
 
 ALONE_S, ALONE_SHARE = 0.1, 0.1
-"""A camera without depth counts this much less where no other one sees the performer within so long. How far away the
-body is would follow from its errors, which last for some tenths of a second: limbs bend so that a nearer body fits.
-Its joints then count beside each other as a depth camera's: the ends of limbs, which bend most, less than the trunk.
+"""Time within which no other camera sees the performer, and weight of a camera without depth then. Its errors, which
+last for some tenths of a second, would otherwise set the body's distance: limbs bend so that a nearer body fits.
+Relative to each other, its joints then count as a depth camera's: the ends of limbs, which bend most, less than the
+trunk.
 """
 
 
@@ -55,8 +56,8 @@ class Measurements:
         depthless: cameras that see no depth, shape (camera_count,).
         sharper: factor of squared normalised differences relative to the inverse variances, shape (camera_count, 21).
             Noise that is correlated between frames carries less information than its deviation in one frame.
-        behind_m: how far joints are behind the hips, as the picture of a camera without depth lets it be guessed [m],
-            shape (frame_count, camera_count, 21); NaN = not guessed.
+        behind_m: distances of joints behind the hips, guessed from the picture of a camera without depth [m], shape
+            (frame_count, camera_count, 21); NaN = not guessed.
     """
 
     positions: NDArray[np.float64]
@@ -108,9 +109,9 @@ class Measurements:
         )
 
     def alone_for_less(self, frame_s: float) -> "Measurements":
-        """The measurements with the weight of a camera without depth as `ALONE_SHARE` says where it alone sees the
-        performer, and with what is guessed there only; `frame_s`: between two frames [s]. One that is the only camera
-        of the take keeps its weight.
+        """The measurements with a camera without depth weighted by `ALONE_SHARE` where it alone sees the performer,
+        and with guesses only there; `frame_s`: time between two frames [s]. The only camera of a take keeps its
+        weight.
         """
         if not self.depthless.any() or len(self.depthless) < 2:
             return self
@@ -263,7 +264,7 @@ def measure(
         camera_positions: optical centres [m], shape (camera_count, 3).
         along_m: standard deviation along the rays of cameras that see no depth [m], shape (camera_count,); NaN = of
             the others.
-        behind_m: as `Measurements` has it; None = nothing is guessed.
+        behind_m: as in `Measurements`; None = nothing is guessed.
     """
     seen = ~np.isnan(positions[..., 0])
     positions = np.where(seen[..., None], positions, 0.0)

@@ -1,4 +1,4 @@
-"""Poses of finished configurations, completed as in the pipeline: hands and head follow, uncertainties are told."""
+"""Poses of finished configurations, completed as in the pipeline: hands and head follow, uncertainties are added."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,7 +19,7 @@ from studio.engine.whole_take.finish.windows import MARGIN, WINDOW
 
 
 class Posing:
-    """Makes results of a performer's configurations."""
+    """Makes results from a performer's configurations."""
 
     def __init__(self, performer: Performer, settings: SolveSettings, skeleton: Skeleton) -> None:
         """Prepare for a performer, their settings and skeleton."""
@@ -62,7 +62,7 @@ class Posing:
     def _followed_of(
         self, store: Store, q: NDArray[np.float64], up: NDArray[np.float64]
     ) -> Iterator[followed.Followed | None]:
-        """Hands and head frame by frame, each by a second of later frames too; None = they are not followed."""
+        """Hands and head frame by frame, smoothed with a second of later frames; None = they are not followed."""
         smoother = self._followed
         if not store.has_parts:
             yield from repeat(None, len(q))
@@ -79,7 +79,7 @@ class Posing:
 
 
 def _lifted(frames: FrameSet, up: NDArray[np.float64]) -> FrameSet:
-    """What the cameras saw, raised with the take."""
+    """The cameras' frames, raised with the take."""
     return replace(
         frames,
         positions=frames.positions + up,

@@ -1,4 +1,4 @@
-"""What the cameras measured in a take's frames: left and right put straight, weighed by the cameras' noise."""
+"""The cameras' measurements in a take's frames, with left and right corrected, weighed by the cameras' noise."""
 
 from collections.abc import Iterable
 
@@ -23,7 +23,7 @@ class Readings:
     Attributes:
         first: the first solve's configurations, shape (frame_count, nq).
         far: its limbs that are far from the cameras' joints, shape (frame_count, 4).
-        alike: how much the errors of different cameras are alike, as `NoiseScale.alike`; 1 before `weigh`.
+        alike: correlation of noise between frames, as `NoiseScale.alike`; 1 before `weigh`.
     """
 
     def __init__(self, store: Store, kinematics: Kinematics, dt: float, reach: NDArray[np.float64]) -> None:
@@ -58,13 +58,13 @@ class Readings:
         self._last: tuple[tuple[int, int], Measurements] | None = None  # the last window
 
     def lay_over(self, first: int, other: "Readings") -> None:
-        """Read frames from `first` on as another stretch of the take has them, whose steps lie over the store's."""
+        """Read frames from `first` on from another stretch of the take, whose steps replace the store's."""
         rows = slice(first, first + len(other.first))
         self.first[rows], self.far[rows], self._exchanged[rows] = other.first, other.far, other._exchanged
         self._last = None
 
     def of(self, begin: int, end: int) -> Measurements:
-        """Return what was measured in frames from `begin` to before `end`."""
+        """Return the measurements in frames from `begin` up to, but not including, `end`."""
         if self._last is None or self._last[0] != (begin, end):
             exchanged = self._exchanged[begin:end]
             seen = self._store.readings(begin, end, self._dt)
@@ -97,7 +97,7 @@ class Readings:
         self.alike = scale.alike()
         factor, spread = scale.factors()
         factor *= wander_of(self.alike)  # means over independent frames are more precise
-        # Errors of landmarks last: the more frames of them come, the less each one says.
+        # Errors of landmarks last: the higher the frame rate, the less each frame says.
         often = np.nan_to_num(np.maximum(self._store.frames_within(CAMERA_FRAME_S), 1.0), nan=1.0)
         depthless = ~np.isnan(self._store.along_m)
         factor[depthless] *= often[depthless, None, None]

@@ -260,7 +260,7 @@ def _add_contact_rows(
 def _add_pinned_rows(
     normal: NormalEquations, q: NDArray[np.float64], kinematics: Kinematics, pinned: Pinned
 ) -> None:
-    """Pull joints to the places that an operator knows, without a limit to the weight of what is far off."""
+    """Pull joints to the places that an operator knows; distant ones keep their full weight."""
     known = np.flatnonzero(pinned.information.any(axis=1))
     sites, jacobians = kinematics.linearised(q[known])
     here = pinned.part(known)

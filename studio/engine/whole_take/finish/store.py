@@ -19,7 +19,7 @@ NEAREST = 0.75
 
 
 BORDER = 2
-"""Steps at either end of a stretch whose nearest readings may have come with a step outside."""
+"""Steps at either end of a stretch whose nearest readings may belong to a step outside it."""
 
 
 class StoredReadings(NamedTuple):
@@ -29,7 +29,7 @@ class StoredReadings(NamedTuple):
         positions: stage frame [m], shape (step_count, camera_count, 21, 3); NaN = unseen.
         confidence: shape (step_count, camera_count, 21).
         late: time of the reading minus that of the step [steps], shape (step_count, camera_count).
-        behind_m: as `Reading` has it, shape (step_count, camera_count, 21); NaN = not guessed.
+        behind_m: as in `Reading`, shape (step_count, camera_count, 21); NaN = not guessed.
     """
 
     positions: NDArray[np.float64]
@@ -45,7 +45,7 @@ class Store:
         cameras: names of the cameras, in the order of the records.
         camera_positions: optical centres in the stage frame [m], shape (camera_count, 3).
         along_m: standard deviation along their rays of cameras that see no depth [m], shape (camera_count,); NaN = of
-            the others. Their readings are kept where the first solve's joints are nearest to the rays.
+            the others. Their readings are kept at the point of each ray nearest to the first solve's joint.
     """
 
     def __init__(self, first: StepResult) -> None:
@@ -84,7 +84,7 @@ class Store:
         self._reading_times_ns, self._reading_cameras = array("q"), array("h")
         self._slots: NDArray[np.int64] | None = None  # the step of each reading; -1 = none
         self._hands: dict[int, tuple[HandSeen, ...]] = {}  # by frame, where there are any
-        self._over: list[tuple[int, Store]] = []  # first step and steps of what is read instead
+        self._over: list[tuple[int, Store]] = []  # first step, and the store that replaces this one
 
     def __len__(self) -> int:
         return len(self._steps)
@@ -99,7 +99,7 @@ class Store:
         self._over.append((first, other))
 
     def _laid_over(self, begin: int, end: int) -> Iterator[tuple[slice, "Store", int, int]]:
-        """What lies over steps from `begin` up to `end`: the rows among them, the store, and its own begin and
+        """Stores that replace steps from `begin` up to `end`: the rows among them, the store, and its own begin and
         end."""
         for first, other in self._over:
             last = first + len(other)
@@ -134,7 +134,7 @@ class Store:
             self._hands[count] = last if last == frames.hands else frames.hands
 
     def _placed(self, reading: Reading, result: StepResult) -> NDArray[np.float64]:
-        """A reading's joints [m], shape (21, 3); those that are known across their rays only lie near the solve's."""
+        """A reading's joints [m], shape (21, 3); those known only across their rays are put near the solve's."""
         if reading.along_m is None:
             return reading.positions
         self.along_m[reading.camera] = reading.along_m
@@ -183,7 +183,7 @@ class Store:
         return found
 
     def frames_within(self, span_s: float) -> NDArray[np.float64]:
-        """Return how many frames of each camera come within a time, shape (camera_count,); NaN = unknown."""
+        """Return the number of frames of each camera within a time, shape (camera_count,); NaN = unknown."""
         times, cameras = np.array(self._reading_times_ns), np.array(self._reading_cameras)
         apart_s = [np.diff(np.sort(times[cameras == c])) * 1e-9 for c in range(len(self.cameras))]
         return np.array([span_s / max(np.median(one), 1e-3) if len(one) else np.nan for one in apart_s])

@@ -1,4 +1,4 @@
-"""The cameras' joints around some pins, at even instants, with left and right as they are."""
+"""The cameras' joints around some pins, at even instants, with left and right corrected."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -35,9 +35,9 @@ class SeenByCamera:
     """A camera's frames around pins.
 
     Attributes:
-        places: their indices among all of the camera.
+        places: their indices among all frames of the camera.
         time_s: stage time of each [s], shape (frame_count,).
-        positions: joints in the stage frame [m], shape (frame_count, 21, 3); of a camera without depth points on
+        positions: joints in the stage frame [m], shape (frame_count, 21, 3); for a camera without depth, points on
             their rays; NaN = unseen.
         confidence: shape (frame_count, 21).
         depthless: the camera sees no depth.
@@ -52,15 +52,14 @@ class SeenByCamera:
 
 @dataclass(frozen=True)
 class Around:
-    """All cameras around some pins. A joint of a camera without depth is on its ray, where it passes the joint of all
-    cameras together.
+    """All cameras around some pins. A joint of a camera without depth is the point of its ray that is nearest to the
+    joint placed by all cameras together.
 
     Attributes:
         time_s: the instants, `STEP_S` apart [s], shape (count,).
         cameras: by name, in the order of the axes below.
-        tracks: joints with left and right as they are [m], shape (count, camera_count, 21, 3); NaN = unseen.
-        noise: standard deviation of each relative to that of an elbow that is surely seen, shape (count,
-            camera_count, 21).
+        tracks: joints with left and right corrected [m], shape (count, camera_count, 21, 3); NaN = unseen.
+        noise: standard deviation of each relative to that of a clearly seen elbow, shape (count, camera_count, 21).
         exchanged: instants at which a camera has left and right exchanged, shape (count, camera_count).
     """
 
@@ -79,7 +78,7 @@ class Around:
         return int(np.clip(round((time_s - self.time_s[0]) / STEP_S), 0, len(self.time_s) - 1))
 
     def rows_of(self, start_s: float, end_s: float) -> slice:
-        """Return the instants from one time to another, at least one."""
+        """Return the instants between two times, at least one."""
         return slice(self.row_of(start_s), self.row_of(end_s) + 1)
 
 
@@ -90,9 +89,9 @@ def around(
     end_s: float,
     doubted: Sequence[int] = (),
 ) -> Around | None:
-    """Return what the cameras see between two stage times [s]; None where they see nothing.
+    """Return the cameras' joints between two stage times [s]; None where they see nothing.
 
-    `doubted`: joints that do not tell which cameras have left and right exchanged.
+    `doubted`: joints that are not used to decide which cameras have left and right exchanged.
     """
     time_s = np.arange(begin_s, end_s + 0.5 * STEP_S, STEP_S)
     cameras = {
@@ -124,7 +123,7 @@ def around(
 def _of_camera(
     name: str, frames: Sequence[CameraFrame], calibration: Calibration, begin_s: float, end_s: float
 ) -> SeenByCamera | None:
-    """A camera's joints between two times; None for one without frames there."""
+    """A camera's joints between two times; None without frames there."""
     time_of = stage_s(calibration, name)
     places = places_between(frames, time_of, begin_s, end_s)
     found = [frames[place] for place in places]
@@ -145,8 +144,8 @@ def _of_camera(
 def _put_on_rays(
     tracks: Array, confidence: Array, centres: Array, depthless: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Put joints of cameras without depth where all cameras place them on their rays, in place, under the names that
-    these cameras gave them; return where they have left and right exchanged, shape (count, camera_count)."""
+    """Move joints of cameras without depth, in place, to where all cameras place them on their rays, under the names
+    from these cameras; return where they have left and right exchanged, shape (count, camera_count)."""
     exchanged = np.zeros(tracks.shape[:2], dtype=bool)
     for row, (seen, sure) in enumerate(zip(tracks, confidence, strict=True)):
         out, _ = placed(seen, sure, centres, depthless)
@@ -191,7 +190,7 @@ def axes_of(middle: Array, joint: int) -> tuple[Array, Array]:
     """Return axes in which a joint moves little, shape (count, 3, 3), and their origin [m], shape (count, 3).
 
     For a limb these are the trunk's axes at the limb's root, smoothed; for a joint of the trunk the stage's, at the
-    middle of the others.
+    mean of its other joints.
 
     Args:
         middle: joints without gaps [m], shape (count, 21, 3).

@@ -1,4 +1,4 @@
-"""Frames of cameras with joints put elsewhere, or left out, at the instants around pins."""
+"""Frames of cameras with joints moved or left out, at the instants around pins."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from studio.engine.whole_take.mending.around import STEP_S, Around
 Array = NDArray[np.float64]
 
 FILLED_CONFIDENCE, GUESSED_CONFIDENCE = 0.4, 0.15
-"""Least confidence of a joint that was shifted back, and that of one put where the pins make it most likely."""
+"""Least confidence of a joint that was moved, and confidence of one that was moved to a guess from its pins."""
 
 
 def changed_frames(
@@ -26,12 +26,12 @@ def changed_frames(
     gone: NDArray[np.bool_],
     guessed: NDArray[np.bool_],
 ) -> Frames:
-    """Return the frames with joints put elsewhere or left out.
+    """Return the frames with joints moved or left out.
 
     Args:
-        places: new places, stage frame [m], shape (count, camera_count, 21, 3); NaN = as it is.
+        places: new places, stage frame [m], shape (count, camera_count, 21, 3); NaN = not moved.
         gone: joints that are left out, shape (count, camera_count, 21).
-        guessed: those of the new places that nothing but pins tells, same shape.
+        guessed: new places that are known from pins alone, same shape.
     """
     out = dict(frames)
     for k, (name, mine) in enumerate(seen.cameras.items()):
@@ -71,14 +71,14 @@ def _in_picture(
     put: NDArray[np.bool_],
     left: NDArray[np.bool_],
 ) -> CameraFrame:
-    """A frame of a camera without depth, with joints put elsewhere or left out; of a hand that moves, its landmarks
-    are left out too.
+    """A frame of a camera without depth, with joints moved or left out. If a wrist is one of them, its hand's
+    landmarks are left out too.
 
     Args:
-        frame, picture: the frame, and what it has.
+        frame, picture: the frame, and its picture.
         camera: its calibration.
         places: of the joints [m], shape (21, 3).
-        put, left: which are put there, and left out, shape (21,).
+        put, left: joints that are moved there, and that are left out, shape (21,).
     """
     lens = None if camera.lens is None else camera.lens.sized(picture.width, picture.height)
     if lens is None:
@@ -98,7 +98,7 @@ def _in_picture(
 
 
 def _at(places: Array, grid_s: Array, time_s: float, row: int) -> Array:
-    """Places, shape (count, 21, 3), at a time near an instant: between it and the next where both are known."""
+    """Places, shape (count, 21, 3), at a time near an instant, interpolated with the next where both are known."""
     other = int(np.clip(row + (1 if time_s > grid_s[row] else -1), 0, len(places) - 1))
     share = abs(time_s - grid_s[row]) / STEP_S
     between = (1.0 - share) * places[row] + share * places[other]

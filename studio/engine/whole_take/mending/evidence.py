@@ -1,4 +1,4 @@
-"""What tells of an error of cameras around a pin: lengths of bones, jumps, distance from the pin, and their cost."""
+"""Evidence of an error of cameras around a pin: lengths of bones, jumps, distance from the pin, and their cost."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,38 +16,39 @@ from studio.engine.whole_take.mending.middle import path_of
 Array = NDArray[np.float64]
 
 NOISE_M = 0.025
-"""Standard deviation of an elbow of a camera, and of what it adds to a jump."""
+"""Standard deviation of a camera's elbow, and of its share in a jump [m]."""
 
 BONE_M = 0.035
 """Standard deviation of a bone's length [m]."""
 
 LIKE_FRAMES = 3.0
-"""So many frames of a camera say as much as one, since its noise lasts."""
+"""Number of a camera's frames that count as one independent frame, because its noise lasts."""
 
 MOST = 9.0
 """Limit of a squared residual."""
 
 STILL_M_S = 0.15
-"""A joint stands still that is slower [m/s]: a foot, or what a camera holds in its place."""
+"""Speed below which a joint stands still [m/s]: a foot, or a joint that a camera holds in its place."""
 
 FAST_PERCENT, NEAR_M = 90.0, 0.08
-"""A joint is no faster than this percentile of its speeds; and how far from the pin it may be at once [m]."""
+"""Percentile of its speeds that a joint is assumed not to exceed; distance from the pin allowed at once [m]."""
 
 TELLS = 30.0
-"""Cost below 0 of an error of which more than the pin tells: noise of three cameras reaches 20, three frames 120."""
+"""An error is seen by more than the pin if its cost is below minus this: noise of three cameras reaches 20, three
+frames 120."""
 
 NO_END = 30.0
 """Cost of an error whose begin or end is not among the frames around the pin."""
 
 AROUND_S, MEDIAN = 0.5, 2.37
-"""So far around a jump others tell how large they are without an error [s]; and the median of the square of one of
-standard deviation 1."""
+"""Time around a jump within which other jumps give the usual size [s]; median of the square of a jump of standard
+deviation 1."""
 
 TRUNK_M = 0.07
-"""No wrist comes nearer to the line from the hips to the neck [m]."""
+"""Least distance of a limb's joint from the line from the hips to the neck [m]."""
 
 SLOPE = 3
-"""A jump is what is beyond the velocity in so many instants on either side."""
+"""A jump is the movement beyond the velocity over this many instants on either side."""
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,11 @@ class Erring:
     Attributes:
         rows: the instants at which it lasts.
         joints: indices of the joints that err.
-        shift_m: by how much they are off at the pin, in the axes in which it lasts [m], shape (3,).
+        shift_m: their error at the pin, in the axes in which the error is constant [m], shape (3,).
         in_body: the axes are those of the body, not the stage's.
-        follows: they move as they should but for the shift; else what is seen of them says nothing.
-        cost: what it costs to take it for true; less than 0 = it explains what is seen.
-        held: cameras hold the joint in its place; a cost less than that of any other.
+        follows: the joints move correctly except for the shift; else their measurements are useless.
+        cost: cost of assuming the error; below 0 = it explains the measurements.
+        held: cameras hold the joint in its place; the cost is then below that of any other error.
     """
 
     rows: slice
@@ -74,7 +75,7 @@ class Erring:
 
     @property
     def is_seen(self) -> bool:
-        """Whether more than the pin tells of it."""
+        """Whether there is evidence of it besides the pin."""
         return self.cost < -TELLS
 
 
@@ -89,7 +90,10 @@ def best_of(
     in_body: bool,
     follows: bool,
 ) -> Erring:
-    """The begin and end of least cost; costs by instant, of `begins` and `ends` before it, shape (count,)."""
+    """The error with the begin and end of least cost.
+
+    Costs are by instant, shape (count,); those of `begins` and `ends` are of a begin or end just before the instant.
+    """
     frames = frames / LIKE_FRAMES
     before = np.cumsum(frames[: at.start + 1][::-1])[::-1] + begins[: at.start + 1]
     after = np.concatenate([[0.0], np.cumsum(frames[at.stop :])]) + np.append(ends[at.stop :], 0.0)
@@ -97,7 +101,7 @@ def best_of(
     after[-SLOPE:] += NO_END
     cost = before[:, None] + after
     apart = at.stop + np.arange(len(after)) - np.arange(len(before))[:, None]
-    cost[(apart <= SLOPE)] = np.inf  # a jump has told of the velocity that the other is beyond
+    cost[(apart <= SLOPE)] = np.inf  # each jump would be part of the velocity that the other is compared with
     first, last = np.unravel_index(int(cost.argmin()), cost.shape)
     rows = slice(int(first), at.stop + int(last))
     return Erring(rows, joints, shift, in_body, follows, float(cost[first, last]))
@@ -110,7 +114,7 @@ def bones_off(tracks: Array, joint: int, lengths: Mapping[str, float], moved: Ar
         tracks: as in `erring`.
         joint: index.
         lengths: of bones by joint [m]; 0 for a joint without one.
-        moved: the joint elsewhere [m], shape (count, camera_count, 3); None = as it is.
+        moved: other places of the joint [m], shape (count, camera_count, 3); None = as measured.
     """
     if CANONICAL[joint] not in lengths:
         return np.zeros(len(tracks))
@@ -120,14 +124,14 @@ def bones_off(tracks: Array, joint: int, lengths: Mapping[str, float], moved: Ar
 
 
 def fastest_of(track: Array) -> float:
-    """Speed that a joint seldom exceeds [m/s]."""
+    """Speed that a joint rarely exceeds [m/s]."""
     speed = np.linalg.norm(np.gradient(path_of(track), STEP_S, axis=0), axis=1)
     return max(float(np.percentile(speed, FAST_PERCENT)), STILL_M_S)
 
 
 def too_far(track: Array, at: slice, place_m: Array, fastest_m_s: float) -> Array:
-    """Squared residuals of what is further from the pin than the joint moves in the time between, sum over cameras,
-    shape (count,)."""
+    """Squared residuals of distances from the pin beyond those that the joint can cover in the time, sum over
+    cameras, shape (count,)."""
     away_s = STEP_S * np.maximum(
         np.maximum(at.start - np.arange(len(track)), np.arange(len(track)) - at.stop + 1), 0
     )
@@ -137,7 +141,7 @@ def too_far(track: Array, at: slice, place_m: Array, fastest_m_s: float) -> Arra
 
 
 def in_trunk(tracks: Array, joint: int) -> Array:
-    """Squared residuals of a limb's joint that is seen where the trunk is, and taken for it. Sum over cameras, shape
+    """Squared residuals of a limb's joint that is seen in the trunk, which was taken for it; sum over cameras, shape
     (count,).
 
     Args:
@@ -152,10 +156,10 @@ def in_trunk(tracks: Array, joint: int) -> Array:
 
 
 def jumps_of(local: Array) -> Array:
-    """How far joints jump before an instant, beyond their velocity around it, shape of `local`; NaN = unknown.
+    """Jumps of joints before an instant, beyond their velocity around it, shape of `local`; NaN = unknown.
 
-    A camera's frames are between the instants, so that a jump takes two of them. Where the joint is unseen on one
-    side of it, its velocity on the other tells.
+    A camera's frames are between the instants, so a jump takes two of them. Where the joint is unseen on one side of
+    it, the velocity on the other side is used for both.
     """
     out = np.full_like(local, np.nan)
     k = np.arange(SLOPE + 1, len(local) - SLOPE + 1)
@@ -167,8 +171,8 @@ def jumps_of(local: Array) -> Array:
 
 
 def scale_of(jump: Array, noise: Array) -> Array:
-    """Standard deviation of jumps without an error, shape (count, camera_count, joint_count): noise, or as they are
-    around: a limb that is flung jumps more."""
+    """Standard deviation of jumps without an error, shape (count, camera_count, joint_count): that of noise, or of
+    the jumps around if larger, because a limb that is flung jumps more."""
     reach = round(AROUND_S / STEP_S)
     squared = np.pad((jump**2).sum(axis=3), ((reach, reach), (0, 0), (0, 0)), constant_values=np.nan)
     near = np.moveaxis(sliding_window_view(squared, 2 * reach + 1, axis=0), -1, 1)
@@ -180,12 +184,12 @@ def scale_of(jump: Array, noise: Array) -> Array:
 
 
 def squared_of(jump: Array, scale: Array, most: float = MOST) -> Array:
-    """Normalised squares of jumps, each at most `most`, sum over cameras and joints, shape (count,)."""
+    """Normalised squares of jumps, each clipped to `most`, sum over cameras and joints, shape (count,)."""
     squared = (jump**2).sum(axis=3) / scale**2
     return np.nan_to_num(np.minimum(squared, most)).sum(axis=(1, 2))
 
 
 def stands_still(track: Array) -> NDArray[np.bool_]:
-    """Instants at which the joint of most cameras stands still, shape (count,)."""
+    """Instants at which the cameras' common path of a joint stands still, shape (count,)."""
     smooth = median_filter(path_of(track), (SLOPE, 1), mode="nearest")
     return np.linalg.norm(np.gradient(smooth, STEP_S, axis=0), axis=1) < STILL_M_S

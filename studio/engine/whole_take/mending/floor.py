@@ -1,7 +1,7 @@
-"""How far a solve raises a take above what its cameras see, known before it is solved.
+"""Estimate of a take's lift above its cameras' joints, before it is solved.
 
-Finishing stands the soles on the floor by one shift of the whole take (`finish.contact.soles.lift_m`). Pins are
-placed on what was shown, which is over this floor; cameras' joints are not.
+Finishing puts the soles on the floor by one shift of the whole take (`finish.contact.soles.lift_m`). Pins are placed
+on the shown take, which is over this floor; the cameras' joints are not.
 """
 
 from collections.abc import Sequence
@@ -25,13 +25,13 @@ from studio.engine.whole_take.mending.around import STEP_S, Around, around
 from studio.engine.whole_take.mending.pinned import REACH_S
 
 SMOOTHING_S = 0.1
-"""Smoothing of the feet, whose noise would sink them."""
+"""Smoothing of the feet; without it, noise would sink them."""
 
 NOISY_PERCENT = 25.0
-"""As `LOWEST_PERCENT`, of feet that no body has smoothed and kept from dipping."""
+"""Value of `LOWEST_PERCENT` for feet that no fitted body has smoothed and kept from dipping."""
 
 LOOKED_S = 60.0
-"""So much of a take tells [s]."""
+"""Length of the part of a take that is used [s]."""
 
 
 def lift_of_pins_m(
@@ -42,7 +42,7 @@ def lift_of_pins_m(
     *,
     start_s: float | None = None,
 ) -> float:
-    """Return how far finishing will raise what depth cameras see, about [m]; 0 where it does not, or without pins.
+    """Return the approximate lift of depth cameras' joints by finishing [m]; 0 where there is none, or without pins.
 
     Args:
         frames: by camera, in order of time, of one performer.
@@ -58,12 +58,12 @@ def lift_of_pins_m(
 
 
 def is_raised_for_pins(calibration: Calibration, settings: SolveSettings, edits: Sequence[Edit]) -> bool:
-    """Return whether finishing may raise what depth cameras see, and pins need to know how far."""
+    """Return whether finishing may raise depth cameras' joints, and there are pins, which need the lift."""
     return places_feet(calibration, settings) and bool(of_kind(edits, PinEdit))
 
 
 def places_feet(calibration: Calibration, settings: SolveSettings) -> bool:
-    """Return whether finishing may raise what depth cameras see, by the feet of a known performer."""
+    """Return whether finishing may raise depth cameras' joints, by the feet of a known performer."""
     places = settings.finish == "on" and settings.floor_contact == "on" and not calibration.floor_given
     return places and calibration.performer is not None
 
@@ -83,13 +83,13 @@ class FeetSeen:
     contacts: Contacts
 
     def lift_of_pins_m(self, edits: Sequence[Edit]) -> float:
-        """Return how far finishing will raise the take, about [m]."""
+        """Return the approximate lift of the take by finishing [m]."""
         hold = np.where(_doubtful(self.seen, edits), 0.0, self.contacts.hold)
         return lift_m(self.soles, replace(self.contacts, hold=hold), percent=NOISY_PERCENT)
 
 
 def feet_seen(frames: Frames, calibration: Calibration, start_s: float | None = None) -> FeetSeen | None:
-    """Return how the cameras see a performer's feet; None where they see nobody. Arguments as for
+    """Return a performer's feet as the cameras see them; None where they see nobody. Arguments as for
     `lift_of_pins_m`."""
     performer = calibration.performer
     known = [(name, mine) for name, mine in frames.items() if name in calibration.cameras and len(mine)]
@@ -109,7 +109,7 @@ def feet_seen(frames: Frames, calibration: Calibration, start_s: float | None = 
 
 
 def _doubtful(seen: Around, edits: Sequence[Edit]) -> NDArray[np.bool_]:
-    """Where a pin says that a leg is wrong, or may be: its foot does not tell of the floor, shape (count, 4)."""
+    """Feet of legs that may be wrong because a pin is on them, shape (count, 4); they do not count for the floor."""
     out = np.zeros((len(seen.time_s), len(JOINTS)), dtype=bool)
     roots = LIMB_ROOTS[list(JOINTS)]
     for pin in of_kind(edits, PinEdit):

@@ -1,4 +1,4 @@
-"""The cameras' frames as edits leave them: doubted ones, and those that a pin proves wrong, mended around it."""
+"""The cameras' frames after edits: doubted joints left out or exchanged, and errors proved by pins mended."""
 
 from collections.abc import Callable, Sequence
 
@@ -27,19 +27,19 @@ from studio.engine.whole_take.mending.told import PinFinding, told_of, told_of_u
 Array = NDArray[np.float64]
 
 WRONG_M = 0.06
-"""Smallest error of a camera that is taken to last [m]."""
+"""Distance from a pin beyond which a camera contradicts it [m]."""
 
 ALIKE_M = 0.15
-"""A camera that saw nothing at the pin errs like the others where it says what they say [m]."""
+"""A camera that saw nothing at the pin errs like the others where its joint is this near to theirs [m]."""
 
 PARENT_FRAMES = 1.0
-"""Smoothing of a joint's path about which its child's is found [instants]."""
+"""Smoothing of a parent's path, relative to which its child's is found [instants]."""
 
 BONE_SHARE = (0.8, 1.2)
-"""A bone to a pin has this share of its length."""
+"""Range of a bone's length to a pin, as a share of its measured length."""
 
 LIMB = ("elbow", "wrist", "hand", "knee", "ankle", "toe")
-"""Joints whose parent is of their limb."""
+"""Joints whose parent belongs to their limb."""
 
 
 def edited_frames(
@@ -50,14 +50,14 @@ def edited_frames(
     lifted_m: float = 0.0,
     tell: Callable[[PinFinding], None] = lambda found: None,
 ) -> Frames:
-    """Return a performer's frames as edits leave them; without edits of frames the same object.
+    """Return a performer's frames after edits; without edits of frames the same object.
 
     Args:
         frames: by camera, in order of time, of one performer.
         calibration: cameras, clocks and the performer's proportions.
         edits: of this performer.
-        lifted_m: how far the solve raises the performer above what the cameras see [m]; pins are on its floor.
-        tell: receives each thing that pins found wrong.
+        lifted_m: lift of the performer above the cameras' joints by the solve [m]; pins are on its floor.
+        tell: receives each error that pins found.
     """
     frames = doubted(frames, calibration, edits)
     for pins in _together([pin for pin in of_kind(edits, PinEdit) if pin.joint in INDEX]):
@@ -101,12 +101,12 @@ def _mended(
 
 
 class _Wrong:
-    """What is wrong of the cameras around pins.
+    """Errors of the cameras around pins.
 
     Attributes:
-        places: where joints are instead [m], shape (count, camera_count, 21, 3); NaN = as they are seen.
+        places: corrected places of joints [m], shape (count, camera_count, 21, 3); NaN = as measured.
         gone: joints that are left out, shape (count, camera_count, 21).
-        lasts: where nothing is known of the joint, shape (count, camera_count).
+        lasts: where the joint is unknown, shape (count, camera_count).
     """
 
     def __init__(self, about: PinnedJoint) -> None:
@@ -116,7 +116,7 @@ class _Wrong:
         self.lasts = np.zeros(shape[:2], dtype=bool)
 
     def add(self, at: slice, errs: NDArray[np.bool_]) -> PinFinding:
-        """Add what a pin proves wrong of the cameras that contradict it; return what is told of it.
+        """Add the error that a pin proves of the cameras that contradict it; return the finding.
 
         Args:
             at: instants with the pin.
@@ -142,7 +142,7 @@ class _Wrong:
     def _shift_back(
         self, put: Array, found: Erring, share: Array | None, named: Around, of_all: NDArray[np.bool_]
     ) -> None:
-        """Put joints that were shifted by an error where they are without it, in place."""
+        """Undo the shift of joints by an error, in place."""
         axes = self._about.axes
         own = axes if found.in_body else np.broadcast_to(np.eye(3), axes.shape)
         if share is None:
@@ -162,9 +162,9 @@ class _Wrong:
         of_all: NDArray[np.bool_],
         turned: NDArray[np.bool_],
     ) -> None:
-        """Leave out joints of which nothing is known, in place.
+        """Leave out unknown joints, in place.
 
-        `turned`: where cameras' names are those of the other side, of the error's instants.
+        `turned`: where cameras' names are those of the other side, at the error's instants.
         """
         self.lasts[found.rows] |= of_all & ~turned
         left[found.rows, :, self._about.joint] |= of_all & turned
@@ -172,9 +172,9 @@ class _Wrong:
             left[found.rows, :, other] |= of_all
 
     def _leave_out_between(self, left: NDArray[np.bool_], found: Erring, between: NDArray[np.bool_]) -> None:
-        """Leave out, in place, what may be of either side where a camera exchanges left and right.
+        """Leave out joints that may be of either side while a camera exchanges left and right, in place.
 
-        `between`: there, of the error's instants, shape (row_count, camera_count).
+        `between`: where it does so, at the error's instants, shape (row_count, camera_count).
         """
         for other in found.joints:
             left[found.rows, :, MIRROR[other]] |= between
@@ -184,8 +184,8 @@ class _Wrong:
             self.lasts[found.rows] |= between
 
     def guess(self, unseen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Put the joint on a path through the pins where nothing tells of it, and with it what it carries; return
-        where, as `gone`.
+        """Put the joint, and those that it carries, on a path through the pins where it is unknown; return where, in
+        the shape of `gone`.
 
         `unseen`: instants at which no camera sees it.
         """
@@ -208,7 +208,7 @@ class _Wrong:
 
 
 def _contradict(about: PinnedJoint, at: slice) -> NDArray[np.bool_]:
-    """The cameras whose joint contradicts the pin at some instants, shape (camera_count,)."""
+    """The cameras whose joint contradicts the pin at some instant, shape (camera_count,)."""
     off = np.linalg.norm(about.seen.tracks[at, :, about.joint] - about.place_m[at][:, None], axis=2)
     return np.fmax.reduce(off, axis=0, initial=0.0) > WRONG_M
 
@@ -216,8 +216,8 @@ def _contradict(about: PinnedJoint, at: slice) -> NDArray[np.bool_]:
 def _likeliest(
     about: PinnedJoint, at: slice, errs: NDArray[np.bool_]
 ) -> tuple[Erring, Around, NDArray[np.bool_]]:
-    """The likeliest error of the cameras that contradict a pin, the cameras as it follows them, and where their names
-    are then those of the other side, shape (count, camera_count)."""
+    """The likeliest error of the cameras that contradict a pin, the cameras with the names that the error follows,
+    and where these are those of the other side, shape (count, camera_count)."""
     seen, turned = about.seen, turned_since(about.seen, at, errs)
 
     def found_in(tracks: Array, noise: Array, told: NDArray[np.bool_] | None = None) -> Erring:
@@ -231,7 +231,7 @@ def _likeliest(
             by_names(seen, turned),
             np.where(exchanges(turned)[..., None, None], np.nan, seen.tracks),
         )
-        told = ~turned[:, errs]  # both from the same readings
+        told = ~turned[:, errs]  # so that both are judged by the same readings
         own, other = (found_in(*one, told) for one in ((here, seen.noise), (named.tracks, named.noise)))
         if other.is_seen and likelier(other, own) and turned[other.rows].any():
             return other, named, turned
@@ -241,16 +241,16 @@ def _likeliest(
 def _in_all_cameras(
     seen: Around, joint: int, errs: NDArray[np.bool_], turned: NDArray[np.bool_], found: Erring
 ) -> NDArray[np.bool_]:
-    """Where cameras err: those that contradict the pin, and those that say what these do most of the time, shape
-    (row_count, camera_count)."""
+    """Where cameras err: those that contradict the pin, and those that mostly agree with them, shape (row_count,
+    camera_count)."""
     near = 0.5 * float(np.linalg.norm(found.shift_m)) if found.follows else ALIKE_M
     same, mostly = alike(seen.tracks[found.rows, :, joint], errs, turned[found.rows], near)
     return errs | mostly & (found.follows | same)
 
 
 def _leave_out_ends(gone: NDArray[np.bool_], found: Erring, errs: NDArray[np.bool_], at: slice) -> None:
-    """Leave out what may be on either side of the jump where an error begins or ends, in place; not at the pin, nor
-    what is put on a path."""
+    """Leave out joints that may be on either side of the jump where an error begins or ends, in place; not at the
+    pin, nor those that are put on a path."""
     first, stop = found.rows.start, found.rows.stop
     inside = 1 if found.follows else 0
     for rows, by in ((range(first - 1, first + inside), errs[0]), (range(stop - inside, stop + 1), errs[-1])):
@@ -260,8 +260,8 @@ def _leave_out_ends(gone: NDArray[np.bool_], found: Erring, errs: NDArray[np.boo
 
 
 def _path(about: PinnedJoint, middle: Array, joint: int, lasts: NDArray[np.bool_]) -> Array:
-    """The path of a joint of which cameras say nothing while they err, shape (count, 3) [m]: smooth through its pins,
-    about its parent where that is of its limb.
+    """The path of a joint that is unknown while cameras err, shape (count, 3) [m]: smooth, through its pins, and
+    relative to its parent where that belongs to its limb.
 
     Args:
         about: pins of the joint, or of one that carries it.

@@ -1,10 +1,10 @@
-"""Where the end of a limb is while nothing tells of it: what the rest of the limb does tells, as at other times.
+"""Prediction of the end of a limb while it is unknown, from the rest of the limb, learnt at other times.
 
-It is told in axes that turn with the bone before it: a leg that is straight stays straight. The place of the end
-about its parent is the sum of a smooth function of what the rest of the limb does (place and velocity of the parent
-about the root of the limb, and the height of the root), and of a small remainder that changes smoothly in time. Both
-are found from the instants at which the end is known, from the pins, and from the limb of the other side, whose
-remainder is its own.
+It uses axes that turn with the bone before it: a straight leg stays straight. The place of the end relative to its
+parent is a sum. One part is a smooth function of the rest of the limb (place and velocity of the parent relative to
+the root of the limb, and the height of the root). The other is a small remainder that changes smoothly in time. Both
+are found from the instants at which the end is known, from the pins, and from the limb of the other side, which has a
+remainder of its own.
 
 Source: Gaussian process regression with a sum of covariances (Rasmussen, Williams, "Gaussian processes for machine
 learning", 2006, 2.2 and 4.2.4).
@@ -23,31 +23,31 @@ from studio.engine.whole_take.mending.around import STEP_S
 Array = NDArray[np.float64]
 
 NOISE_M, PIN_M = 0.06, 0.005
-"""Standard deviations [m] of an end as cameras see it, with what neither its limb tells nor lasts; and of a pin."""
+"""Standard deviations [m] of an end as cameras see it, including what neither part explains; and of a pin."""
 
 OF_LIMB = 0.97
-"""Share of the end's variance that the rest of its limb tells; the remainder's is what is left."""
+"""Share of the end's variance that the rest of its limb explains; the remainder has the rest."""
 
 LIKE_M, LIKE_M_S = 0.5, 5.0
-"""Limbs are alike whose parents' places [m] and velocities [m/s] differ by less."""
+"""Length scales of the likeness of limbs: differences of their parents' places [m] and velocities [m/s]."""
 
 LASTS_S = 0.5
-"""The remainder is alike for so long."""
+"""Time scale of the remainder."""
 
 BESIDE = 2
-"""Instants beside unknown ones that do not count: they may be partly wrong."""
+"""Instants next to unknown ones that do not count, because they may be partly wrong."""
 
 OTHER_SIDE_EVERY = 2
-"""Every so many instants of the other side are taken."""
+"""Interval between the instants of the other side that are used."""
 
 SMOOTH_FRAMES = 1.5
 """Smoothing of the parent's path."""
 
 _REST_OF_ARM, _REST_OF_LEG = (0.5, -0.5, -0.7), (0.1, -0.4, -0.9)
-"""Where a left upper arm or thigh usually points, to the left, back and up."""
+"""Usual direction of a left upper arm or thigh: to the left, back and up."""
 
 OPPOSITE = 0.05
-"""A bone that points the opposite way turns axes no further."""
+"""Least denominator of the axes' turn, which would grow without limit for a bone in the opposite direction."""
 
 _MIRRORED = np.array([-1.0, 1.0, 1.0])
 _MIRRORED_LIMB = np.array([*_MIRRORED, *_MIRRORED, 1.0])
@@ -55,11 +55,11 @@ _MIRRORED_LIMB = np.array([*_MIRRORED, *_MIRRORED, 1.0])
 
 @dataclass(frozen=True)
 class Habit:
-    """Where a joint is about its parent, as the rest of its limb lets expect.
+    """Predicted place of a joint relative to its parent.
 
     Attributes:
-        axes: in which that is told, shape (count, 3, 3).
-        path_m: in these axes [m], shape (count, 3); 0 where nothing is known of it around.
+        axes: axes of the prediction, shape (count, 3, 3).
+        path_m: the place in these axes [m], shape (count, 3); 0 where the joint is never known.
     """
 
     axes: Array
@@ -69,14 +69,13 @@ class Habit:
 def habit(
     middle: Array, away: Array, pinned: NDArray[np.bool_], pin_away: Array, joint: int, axes: Array
 ) -> Habit:
-    """Return where a joint is about its parent, as the rest of its limb lets expect.
+    """Return the place of a joint relative to its parent, predicted from the rest of its limb.
 
     Args:
         middle: all joints, without gaps [m], shape (count, 21, 3).
-        away: the joint about its parent where that is known, the median of the cameras [m], shape (count, 3); else
-            NaN.
+        away: the joint relative to its parent, median of the cameras [m], shape (count, 3); NaN = unknown.
         pinned: instants with a pin, shape (count,).
-        pin_away: the pin about the parent [m], shape (count, 3).
+        pin_away: the pin relative to the parent [m], shape (count, 3).
         joint: index of the joint.
         axes: of the body, shape (count, 3, 3).
     """
@@ -106,10 +105,10 @@ def habit(
 
 
 def axes_of_bone(middle: Array, joint: int, axes: Array) -> Array:
-    """Return axes that turn with the bone before a joint's own, and not about it, shape (count, 3, 3).
+    """Return axes that turn with the bone before a joint's own, without twist about it, shape (count, 3, 3).
 
     Args:
-        middle, joint, axes: as in `habit`. The bone of a joint next to the limb's root is the trunk.
+        middle, joint, axes: as in `habit`. A joint next to the limb's root has the trunk instead of this bone.
     """
     parent = int(PARENTS[joint])
     if parent == int(LIMB_ROOTS[joint]):
@@ -129,7 +128,7 @@ def axes_of_bone(middle: Array, joint: int, axes: Array) -> Array:
 
 
 def _limb(middle: Array, joint: int, axes: Array) -> Array:
-    """What the limb of a joint does, in units of what is alike, shape (count, 7)."""
+    """Features of the limb of a joint, in units of `LIKE_M` and `LIKE_M_S`, shape (count, 7)."""
     root = middle[:, int(LIMB_ROOTS[joint])]
     parent = np.einsum("tba,tb->ta", axes, middle[:, PARENTS[joint]] - root)
     parent = gaussian_filter1d(parent, SMOOTH_FRAMES, axis=0, mode="nearest")
@@ -138,11 +137,11 @@ def _limb(middle: Array, joint: int, axes: Array) -> Array:
 
 
 def _alike(a: Array, b: Array) -> Array:
-    """How alike what limbs do is, 0..1, shape (count of a, count of b)."""
+    """Likeness of limbs' features, 0..1, shape (count of a, count of b)."""
     return np.exp(-0.5 * cdist(a, b, "sqeuclidean"))
 
 
 def _lasts(apart: NDArray[np.int64]) -> Array:
-    """How alike the remainder is, 0..1, so many instants apart: a Matern covariance of 5/2."""
+    """Correlation of the remainder, 0..1, at these distances [instants]: a Matern covariance of 5/2."""
     r = np.sqrt(5.0) * np.abs(apart) * STEP_S / LASTS_S
     return (1.0 + r + r**2 / 3.0) * np.exp(-r)

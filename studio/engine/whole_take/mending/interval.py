@@ -1,13 +1,13 @@
-"""From when to when cameras contradict a pin, and how: an error has a begin and an end, and the pin is between.
+"""Begin, end and kind of an error of cameras that contradict a pin; the pin is between begin and end.
 
-Two kinds of errors are tried. Some joints of the limb are shifted, in the axes of the stage or of the body: then all
-of them jump by the shift where it begins and ends, and their bones have their lengths without it. Or what is seen of
-the joint and of what it carries says nothing: then its bone seldom has its length, and they jump anyhow where that
-begins and ends, unless they stand still there: a foot is held where it stood. A wrist that is seen in the trunk was
-taken for it, for as long as it is seen there.
+Two kinds of errors are tried. In the first, some joints of the limb are shifted, in the axes of the stage or of the
+body: all of them jump by the shift at its begin and end, and without it their bones have the right lengths. In the
+second, the joint and those that it carries are measured uselessly: its bone rarely has its length, and they jump
+arbitrarily at begin and end, unless they stand still there, as a foot that is held where it stood. A wrist that is
+seen in the trunk was confused with it, for as long as it is seen there.
 
-The cost of an error is a sum over its frames, its begin and its end, so that its begin and its end are each found on
-their own, by trying all. Squared residuals are normalised and limited.
+The cost of an error is a sum over its frames, its begin and its end, so begin and end are each found on their own, by
+trying all. Squared residuals are normalised and clipped.
 """
 
 import numpy as np
@@ -39,33 +39,36 @@ from studio.engine.whole_take.mending.shifts import SHORT_M, ShiftErrors, shift_
 Array = NDArray[np.float64]
 
 REFINED = 2
-"""A shift and its begin and end are found anew so often before errors are compared."""
+"""Number of refinements of a shift, its begin and its end before errors are compared."""
 
 UNTOLD = 3.0
-"""Squared residual that stands for a frame, or for a jump, of which nothing is expected."""
+"""Squared residual that stands for a useless frame, or for an arbitrary jump."""
 
 HELD_M_S, HELD_STEPS, HELD_S = 0.15, 4, 0.2
-"""A camera holds a joint in its place that is slower over so many instants [m/s], for so long around the pin [s]."""
+"""A camera holds a joint in its place if it is slower than this [m/s] over this many instants, for at least this long
+around the pin [s]."""
 
 HELD_COST = -1000.0
-"""Cost of a joint that is held in its place, less the steps in which a camera holds it, and less what else tells of
-an error: it is less than that of any other."""
+"""Cost of a joint that is held in its place, below that of any other error. The number of steps in which a camera
+holds it, and other evidence of an error, reduce it further."""
 
 STANDS_COST = -2.0 * TELLS
-"""A joint that stands still may do so by itself: a shift of it costs less than this, else it is held there."""
+"""Largest cost of a shift of a joint that stands still; with a larger one the joint counts as held, since it may also
+stand still by itself."""
 
 LATE_S = 0.2
-"""A shank tells so late that its foot is held [s]: the knee first turns about it, as about a foot that stands."""
+"""Delay with which a shank shows that its foot is held [s]: at first the knee turns about it, as about a foot that
+stands."""
 
 FADE_S = 0.5
-"""An error of which nothing but the pin tells fades in so long before and after it [s]."""
+"""Time before and after the pin in which an error without other evidence fades [s]."""
 
 _CARRIES = {"elbow": ("wrist", "hand"), "wrist": ("hand",), "knee": ("ankle", "toe"), "ankle": ("toe",)}
 _WITH_PARENT = ("wrist", "hand", "ankle", "toe")
 
 
 def limb_of(joint: int) -> list[tuple[int, ...]]:
-    """Return the joints that may err together with one: it and what it carries, then with its parent too."""
+    """Return the groups of joints that may err together: a joint and those that it carries, then with its parent."""
     side, _, part = CANONICAL[joint].partition("_")
     own = (joint, *(INDEX[f"{side}_{other}"] for other in _CARRIES.get(part, ())))
     return [own, (int(PARENTS[joint]), *own)] if part in _WITH_PARENT else [own]
@@ -91,7 +94,7 @@ def erring(
         place_m: its places [m], shape (count, 3).
         axes: of the body, shape (count, 3, 3).
         performer: has the lengths of bones; None = unknown.
-        told: where a camera's distance from the pin tells, shape (count, camera_count); None = everywhere.
+        told: where a camera's distance from the pin counts, shape (count, camera_count); None = everywhere.
     """
     near = tracks[:, :, joint] if told is None else np.where(told[..., None], tracks[:, :, joint], np.nan)
     bones = {} if performer is None else performer.bones_m()
@@ -131,7 +134,7 @@ def erring(
     right += too_far(near, at, place_m[at].mean(axis=0), fastest_m_s)
     of_trunk = in_trunk(tracks, joint)
     taken = bool(of_trunk[at].any())
-    if taken:  # for the trunk, and wrong as long as that lasts
+    if taken:  # confused with the trunk, and wrong for as long as that lasts
         right = np.where(of_trunk > 0.0, right + of_trunk, 0.0)
     untold = UNTOLD * np.isfinite(tracks[:, :, measured, 0]).sum(axis=(1, 2))
     jump = jumps_of(tracks[:, :, list(own)])
@@ -161,13 +164,13 @@ def likelier(one: Erring, other: Erring) -> bool:
 
 
 def _is_shifted(error: Erring) -> bool:
-    """Whether it is a shift even if the joint stands still."""
+    """Whether the error counts as a shift even if the joint stands still."""
     return error.follows and error.cost < STANDS_COST
 
 
 def held(tracks: Array, joint: int, at: slice) -> tuple[slice | None, NDArray[np.int64]]:
-    """Return the instants around a pin at which most cameras hold a joint in its place, None where they do not; and
-    how many cameras do so from each instant to the next, shape (count - 1,).
+    """Return the instants around a pin at which most cameras hold a joint in its place, None = they do not; and the
+    number of cameras that do so from each instant to the next, shape (count - 1,).
 
     Args:
         tracks, joint, at: as in `erring`.
@@ -177,7 +180,7 @@ def held(tracks: Array, joint: int, at: slice) -> tuple[slice | None, NDArray[np
     still, seen = moved < HELD_STEPS * STEP_S * HELD_M_S, np.isfinite(moved)
     count = len(track) - 1  # of steps from one instant to the next
     links, known = np.zeros((2, count, track.shape[1]), dtype=bool)
-    for step in range(HELD_STEPS):  # a step is still that belongs to a longer one that is
+    for step in range(HELD_STEPS):  # every step within a still span is still
         links[step : step + len(still)] |= still
         known[step : step + len(seen)] |= seen
     most = links.sum(axis=1) >= np.maximum(0.5 * known.sum(axis=1), known.any(axis=1))
@@ -192,8 +195,8 @@ def held(tracks: Array, joint: int, at: slice) -> tuple[slice | None, NDArray[np
 
 
 def _fits(tracks: Array, joint: int, rows: slice) -> Array:
-    """Whether the bone of a joint that is held at some instants has the length of all others, shape (count,); NaN =
-    unknown."""
+    """Whether the bone of a joint that is held at some instants has its usual length of the other instants, shape
+    (count,); NaN = unknown."""
     middle = median_of(tracks[:, :, [joint, int(PARENTS[joint])]])
     length = median_filter(np.linalg.norm(middle[:, 0] - middle[:, 1], axis=1), 3, mode="nearest")
     outside = np.concatenate([length[: rows.start], length[rows.stop :]])
@@ -203,8 +206,8 @@ def _fits(tracks: Array, joint: int, rows: slice) -> Array:
 
 
 def _where_wrong(fits: Array, rows: slice, other: slice) -> slice:
-    """Instants at which a joint is held, and others before and after if its bone is wrong there: what held it went on
-    moving."""
+    """Instants at which a joint is held, with the others before and after if its bone is wrong there: then the false
+    place moved."""
 
     def wrong(first: int, stop: int) -> bool:
         found = fits[first:stop][np.isfinite(fits[first:stop])]
@@ -217,10 +220,10 @@ def _where_wrong(fits: Array, rows: slice, other: slice) -> slice:
 
 
 def left_behind(tracks: Array, joint: int, at: slice, rows: slice, fits: Array) -> slice:
-    """Return the instants around a pin at which a foot that cameras hold has left its place; of other joints all.
+    """Return the instants around a pin at which a foot that cameras hold has left its place; for other joints all.
 
-    A foot stands often. Held there it is right at first, where it does not jump there, and as long as the shank keeps
-    its length. The same holds back from the end.
+    A foot often stands. A held foot is right at first, if it does not jump to the place, for as long as the shank
+    keeps its length. The same holds backwards from the end.
 
     Args:
         tracks, joint, at: as in `erring`.
@@ -241,7 +244,7 @@ def left_behind(tracks: Array, joint: int, at: slice, rows: slice, fits: Array) 
 
 
 def fading(tracks: Array, joint: int, at: slice, place_m: Array) -> tuple[Erring, Array]:
-    """Return an error of which nothing but the pin tells, and its share in each of its instants: it fades.
+    """Return an error without evidence but the pin, and its share in each of its instants: it fades.
 
     Args:
         tracks, joint, at, place_m: as in `erring`.

@@ -1,7 +1,7 @@
 """Errors that follow the names that a camera gives, not the body.
 
-A tracker that holds its left hand fast, or loses it, does so under that name. Where it exchanges its sides meanwhile,
-the error goes over to the other limb of the body: what it says of the first one is right from there on.
+A tracker that holds or loses its left hand does so under that name. If it exchanges its sides meanwhile, the error
+passes to the other limb of the body, and the first limb is right from then on.
 """
 
 from dataclasses import replace
@@ -16,17 +16,17 @@ from studio.engine.whole_take.mending.around import Around
 Array = NDArray[np.float64]
 
 ALIKE_SHARE = 0.5
-"""A camera errs as others do that says what they say in more than this share of the instants that can be compared."""
+"""A camera errs like others if it agrees with them in more than this share of the instants that can be compared."""
 
 
 def turned_since(seen: Around, at: slice, errs: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return where a camera has other sides than those in which it errs at a pin, shape (count, camera_count).
+    """Return where a camera's sides differ from those with which it errs at a pin, shape (count, camera_count).
 
     Args:
         seen: the cameras.
         at: instants with the pin.
-        errs: cameras that contradict it, shape (camera_count,); the others would err under the name that most of
-            these have for the joint.
+        errs: cameras that contradict it, shape (camera_count,); for the others, the name that most of these have for
+            the joint counts.
     """
     row = (at.start + at.stop) // 2
     sides = np.where(errs, seen.exchanged[row], np.mean(seen.exchanged[row, errs]) > 0.5)
@@ -34,11 +34,11 @@ def turned_since(seen: Around, at: slice, errs: NDArray[np.bool_]) -> NDArray[np
 
 
 def by_names(seen: Around, turned: NDArray[np.bool_]) -> Around:
-    """Return cameras with left and right as they name them, from the sides at a pin on: where one exchanges them, its
-    joints are unknown for two instants.
+    """Return cameras under their own names of left and right, with the sides at a pin as the start. Where one
+    exchanges them, its joints are unknown for two instants.
 
     Args:
-        seen: the cameras, with left and right as they are.
+        seen: the cameras, with left and right corrected.
         turned: from `turned_since`.
     """
     tracks = turned_back(seen.tracks, turned)
@@ -61,14 +61,14 @@ def exchanges(turned: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def alike(
     track: Array, errs: NDArray[np.bool_], turned: NDArray[np.bool_], near_m: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return where cameras say what the erring ones say, shape (count, camera_count), and which do so mostly, shape
-    (camera_count,). Only what is said of the same limb is compared.
+    """Return where cameras agree with the erring ones, shape (count, camera_count), and which mostly do, shape
+    (camera_count,). Only joints of the same limb are compared.
 
     Args:
         track: the joint by its names [m], shape (count, camera_count, 3); NaN = unseen.
         errs: cameras that err, shape (camera_count,).
         turned: from `turned_since`, for the same instants.
-        near_m: how near alike is [m].
+        near_m: largest distance of joints that agree [m].
     """
     same, compared = np.zeros((2, *turned.shape), dtype=bool)
     for side in (turned, ~turned):

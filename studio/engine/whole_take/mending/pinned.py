@@ -1,4 +1,4 @@
-"""What pins of one joint say, and what the cameras around them see."""
+"""Pins of one joint, and the cameras' joints around them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,16 +17,16 @@ from studio.engine.whole_take.mending.interval import limb_of
 Array = NDArray[np.float64]
 
 REACH_S = 2.5
-"""How far from a pin an error may last [s]."""
+"""Furthest from a pin that an error may last [s]."""
 
 BEYOND_M = 0.1
-"""A pin may be so far out of reach [m]: floor, click, bones and the limb's root are each off by two or three
+"""Largest distance of a pin out of reach [m]: floor, click, bones and the limb's root are each off by two or three
 centimetres."""
 
 
 @dataclass(frozen=True)
 class PinnedJoint:
-    """Pins of one joint that are near one another in time, and what cameras see around them.
+    """Pins of one joint that are near one another in time, and the cameras' joints around them.
 
     Attributes:
         pins: of the joint.
@@ -34,7 +34,7 @@ class PinnedJoint:
         seen: the cameras.
         middle: their joints without gaps [m], shape (count, 21, 3).
         flags: instants with a pin that is within reach, shape (count,).
-        place_m: its places before the cameras, shape (count, 3).
+        place_m: its places, lowered to the cameras' joints, shape (count, 3).
         axes: of the body, shape (count, 3, 3).
         origin_m: their origin, shape (count, 3).
         performer: has the lengths of bones; None = unknown.
@@ -63,13 +63,13 @@ class PinnedJoint:
 def pinned(
     frames: Frames, calibration: Calibration, pins: Sequence[PinEdit], lifted_m: float
 ) -> PinnedJoint | None:
-    """Return pins of one joint with what cameras see around them; None where that tells nothing of the joint.
+    """Return pins of one joint with the cameras' joints around them; None where these do not show the joint.
 
     Args:
         frames: by camera, in order of time.
         calibration: cameras, clocks and the performer's proportions.
         pins: of the joint, near one another in time.
-        lifted_m: how far the solve raises the performer above what the cameras see [m].
+        lifted_m: lift of the performer above the cameras' joints by the solve [m].
     """
     begin = min(pin.start_s for pin in pins) - REACH_S
     end = max(pin.end_s for pin in pins) + REACH_S
@@ -89,7 +89,7 @@ def pinned(
         reach_m = performer.reach_m()[joint]
         far = np.linalg.norm(out, axis=1) / reach_m
         place = origin + out / np.maximum(far, 1.0)[:, None]
-        flags &= far < max(DRAWN, 1.0 + BEYOND_M / reach_m)  # from further off it says nothing about cameras
+        flags &= far < max(DRAWN, 1.0 + BEYOND_M / reach_m)  # one further away proves nothing about cameras
     if not flags.any():
         return None
     return PinnedJoint(pins, joint, seen, middle, flags, place, axes, origin, performer)

@@ -24,14 +24,14 @@ from studio.engine.whole_take.mending.evidence import (
 Array = NDArray[np.float64]
 
 PIN_M, JUMP_M, LIKE_BONES, ROUNDS = 0.03, 0.05, 15.0, 4
-"""Of a shift: standard deviations of what is seen at the pin, and of an elbow's jump [m]; so many frames of a bone
-say as much as one; and rounds of reweighting."""
+"""For a shift: standard deviations of the measured distance from the pin, and of an elbow's jump [m]; number of a
+bone's frames that count as one; and rounds of reweighting."""
 
 SHORT_M = 0.1
-"""A shorter bone tells little [m]."""
+"""Length below which a bone is not used [m]."""
 
 MOST_OF_SHIFT = 36.0
-"""The same of a jump that is less than the shift: errors of this kind begin and end at once."""
+"""Limit of a squared residual of a jump after subtraction of the shift: errors of this kind begin and end at once."""
 
 
 class ShiftErrors:
@@ -61,15 +61,15 @@ class ShiftErrors:
         self._frames = bones_off(tracks, joints[0], lengths) + too_far(near, at, self._there, fastest_m_s)
 
     def off_m(self, row: slice) -> Array:
-        """By how much the joint is off the pin's place in some instants [m], shape (3,): where an error begins or
-        ends at the pin, one beside it tells more."""
+        """Mean distance of the joint from the pin's place in some instants [m], shape (3,). Where an error begins or
+        ends at the pin, an instant next to it is more exact."""
         pin = np.einsum("tba,b->ta", self._own[row], self._there)
         off = (self._local[row, :, self._joints.index(self._joint)] - pin[:, None]).reshape(-1, 3)
         known = np.isfinite(off[:, 0])
         return off[known].mean(axis=0) if known.any() else np.zeros(3)
 
     def by(self, shift: Array, off: Array) -> Erring:
-        """The likeliest error that is a shift [m], shape (3,), off by `off` [m] at the pin."""
+        """The likeliest error with a shift [m], shape (3,), whose joint is off by `off` [m] at the pin."""
         away = np.einsum("tab,b->ta", self._own, shift)[:, None]
         top, tracks = self._joints[0], self._tracks
         frames = bones_off(tracks, top, self._lengths, tracks[:, :, top] - away)
@@ -94,14 +94,14 @@ def shift_of(
     own: Array,
     performer: Performer | None,
 ) -> Array:
-    """Return by how much joints are shifted while an error lasts [m], shape (3,): as they are off at the pin, as they
-    jump where it begins and ends, and so that their bone gets its length.
+    """Return the shift of joints while an error lasts [m], shape (3,). It fits their distance from the pin, their
+    jumps at its begin and end, and the length of their bone.
 
     Args:
         found: the error.
         tracks, noise: of all cameras, as in `erring`.
         errs: where each camera errs, shape (row_count, camera_count).
-        own: axes in which the error lasts, shape (count, 3, 3).
+        own: axes in which the error is constant, shape (count, 3, 3).
         performer: as in `erring`.
     """
     joints = list(found.joints)

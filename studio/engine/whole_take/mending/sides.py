@@ -1,9 +1,9 @@
 """Which cameras have left and right exchanged, over some time.
 
-Cameras are brought to agree with one another in each instant. That leaves one question an instant: whether all of
-them are exchanged. A body does not turn round from one instant to the next, so that its sides go on; where they do
-not tell, most cameras are right, and feet and knees point to the front. The likeliest course is found by dynamic
-programming.
+Cameras are brought to agree with one another in each instant. That leaves one question per instant: whether all of
+them are exchanged. A body does not turn round from one instant to the next, so its sides continue. Where that does
+not decide, most cameras are assumed right, and feet and knees to point to the front. The likeliest sequence is found
+by dynamic programming.
 
 Source: Viterbi, "Error bounds for convolutional codes", IEEE Trans. Information Theory 13, 1967.
 """
@@ -25,11 +25,11 @@ ROUNDS = 4
 """Most rounds in which cameras' sides are compared with their common skeleton."""
 
 STEP_M = 0.025
-"""Sided joints that move by so much more on average from one instant to the next are less likely by a factor e."""
+"""Extra mean movement of sided joints, from one instant to the next, that is less likely by a factor e."""
 
 RIGHT, AHEAD = 0.1, 0.1
-"""Logarithms of how likely it is that a camera has its sides right, and that feet and knees point ahead, in an
-instant: both last, so that one instant says little."""
+"""Log-likelihoods, in an instant, that a camera has its sides right, and that feet and knees point ahead. Both last,
+so one instant counts little."""
 
 _SIDED = np.flatnonzero(MIRROR != np.arange(JOINT_COUNT))
 
@@ -50,24 +50,24 @@ def exchanged_sides(tracks: Array) -> NDArray[np.bool_]:
         middle = gaussian_filter1d(filled(median_of(as_named)), 1.0, axis=0, mode="nearest")
         stays, turns = (_apart(one, middle) for one in (tracks, mirrored))
         before, exchanged = exchanged, _averaged(turns - stays) < 0.0
-        if (exchanged == before).all():  # so it would be in all further rounds
+        if (exchanged == before).all():  # further rounds change nothing
             break
     return exchanged
 
 
 def _all_exchanged(tracks: Array, exchanged: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Instants at which all cameras have left and right exchanged that agree with one another, shape (count,).
+    """Instants at which cameras that agree with one another all have left and right exchanged, shape (count,).
 
     Args:
         tracks: as in `exchanged_sides`, of cameras that agree.
-        exchanged: what was exchanged to make them agree, shape (count, camera_count).
+        exchanged: exchanges that made them agree, shape (count, camera_count).
     """
     middle = median_of(tracks)
     stays, turns = (_apart(one[1:, None], middle[:-1])[:, 0] for one in (middle, middle[:, MIRROR]))
     known = np.isfinite(tracks[..., 0]).any(axis=2)
     right = np.where(exchanged, -RIGHT, RIGHT) + AHEAD * np.nan_to_num(forwardness(tracks))
     right = np.where(known, right, 0.0).sum(axis=1)
-    cost = np.stack([-right, right], axis=1)  # of names that are right, and exchanged
+    cost = np.stack([-right, right], axis=1)  # of right names, and of exchanged ones
     change = (turns - stays) / STEP_M
     before = np.zeros((len(tracks), 2), dtype=np.int64)
     for k in range(1, len(tracks)):
@@ -83,7 +83,7 @@ def _all_exchanged(tracks: Array, exchanged: NDArray[np.bool_]) -> NDArray[np.bo
 
 
 def _apart(tracks: Array, middle: Array) -> Array:
-    """Mean distance of the joints of either side, clipped [m], shape (count, camera_count)."""
+    """Mean distance of the sided joints, each clipped [m], shape (count, camera_count)."""
     off = tracks[:, :, _SIDED] - middle[:, None, _SIDED]
     distance = np.minimum(np.linalg.norm(off, axis=3), 0.3)
     known = np.isfinite(distance)

@@ -1,9 +1,9 @@
-"""The path of a joint through its pins, while nothing else is known of it, or some of what cameras say is wrong.
+"""The path of a joint through its pins, while it is otherwise unknown, or some cameras are wrong.
 
-The joint moves smoothly and goes through the pins. Each camera's error is unknown, but zero at most times, and it
-changes seldom and then at once.
+The joint moves smoothly and goes through the pins. Each camera's error is unknown, but mostly zero, and it changes
+rarely and then at once.
 
-Minimised: the squared residuals of the cameras less their errors, the path's velocities and accelerations, the
+Minimises the squared residuals of the cameras less their errors, the path's velocities and accelerations, the
 logarithm of the errors, and the logarithm of their changes, by iteratively reweighted least squares whose logarithms
 narrow from step to step. Frames couple with the next two only, so every step is a banded solve.
 
@@ -25,7 +25,7 @@ from studio.engine.whole_take.mending.middle import path_of
 Array = NDArray[np.float64]
 
 NOISE_M = 0.03
-"""Standard deviation of an elbow of a camera, with the little that frames which are alike add."""
+"""Standard deviation of a camera's elbow, increased because similar frames add little."""
 
 PLACE_M = 0.003
 """Standard deviation of a pin."""
@@ -33,33 +33,33 @@ PLACE_M = 0.003
 ACCELERATION_RANGE_M_S2 = (8.0, 40.0)
 LIVELY, LIVELY_STEPS = 60.0, 1.5
 SHARP = 6.0
-"""Standard deviation of the path's accelerations: within this range, by this percentile of those of the cameras'
-joint, smoothed over so many instants; and from how many deviations on an acceleration counts less.
+"""Standard deviation of the path's accelerations: this percentile of those of the cameras' joint, smoothed over this
+many instants, within this range; and the number of deviations from which an acceleration counts less.
 """
 
 SPEED_RANGE_M_S = (0.3, 3.0)
 ALIKE_FRAMES = 5.0
-"""Standard deviation of the path's velocity: within this range, by the same percentile; and over how many frames it
-is about the same. Where nothing is seen for a while, the path does not swing out for it.
+"""Standard deviation of the path's velocity: the same percentile, within this range; and the number of frames over
+which it hardly changes. It keeps the path from swinging out where nothing is seen for a while.
 """
 
 ERROR_COST, ERROR_M = 0.1, 0.04
-"""Cost of an error in a frame, and the size from which it hardly grows any more."""
+"""Cost of an error in a frame, and the size of the error from which the cost hardly grows."""
 
 CHANGE_COST, CHANGE_M = 1.0, 0.01
-"""Cost of a change of the error from one frame to the next, and the size from which it hardly grows any more."""
+"""Cost of a change of the error from one frame to the next, and the size from which the cost hardly grows."""
 
 WIDTHS = (3.0, 3.0, 2.0, 2.0, 1.4, 1.4, 1.0, 1.0)
-"""How much wider the logarithms are in each step."""
+"""Factors by which the logarithms are wider in each step."""
 
 
 @dataclass(frozen=True)
 class Spread:
-    """The path of a joint and the cameras' errors, most likely.
+    """The most likely path of a joint, and the cameras' errors.
 
     Attributes:
         path_m: shape (frame_count, 3) [m].
-        error_m: shape (frame_count, camera_count, 3) [m]; where a camera sees nothing, what lies between.
+        error_m: shape (frame_count, camera_count, 3) [m]; interpolated where a camera sees nothing.
     """
 
     path_m: Array
@@ -75,8 +75,8 @@ def spread(
     """Return the most likely path and errors.
 
     Args:
-        seen_m: the joint as each camera has it, at instants `around.STEP_S` apart, in axes in which it moves little
-            [m], shape (frame_count, camera_count, 3); NaN = unseen.
+        seen_m: each camera's joint at instants `around.STEP_S` apart, in axes in which it moves little [m], shape
+            (frame_count, camera_count, 3); NaN = unseen.
         pinned: instants with a pin, shape (frame_count,).
         place_m: its places in the same axes [m], shape (frame_count, 3).
         sigma: standard deviation of each camera's joint relative to that of an elbow, shape (frame_count,
@@ -125,8 +125,8 @@ def _solved(
     of_error: Array,
     of_change: Array,
 ) -> tuple[Array, Array]:
-    """The least squares with these weights, `smooth` those of the path's steps [1/m2] and accelerations [s4/m2];
-    unknowns of a frame are the path, then each camera's error."""
+    """The least-squares solution with these weights, `smooth` those of the path's steps [1/m2] and accelerations
+    [s4/m2]; the unknowns of a frame are the path, then each camera's error."""
     frames, cameras = told.shape
     width = cameras + 1
     band = np.zeros(

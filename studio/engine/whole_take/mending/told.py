@@ -1,4 +1,4 @@
-"""What pins found wrong of cameras, and how it was mended."""
+"""Errors of cameras that pins found, and how they were mended."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ from studio.engine.whole_take.mending.evidence import Erring
 
 @dataclass(frozen=True)
 class PinFinding:
-    """What cameras say that a pin proved wrong.
+    """An error of cameras that a pin proved.
 
     Attributes:
-        pins: their ids.
+        pins: ids of the pins.
         joints: names of the joints that were wrong, the nearest to the trunk first.
-        cameras: names of those that were wrong; none: no camera saw the joint.
-        start_s, end_s: from when to when, stage time [s].
-        exchanges: cameras that exchange left and right meanwhile, and when [s]: the other limb was wrong from there.
-        guessed: between the pins the joint is where it most likely was; nothing tells of it.
+        cameras: names of those that were wrong; none = no camera saw the joint.
+        start_s, end_s: begin and end, stage time [s].
+        exchanges: cameras that exchanged left and right meanwhile, and when [s]; then the other limb was wrong.
+        guessed: the joint is unknown there, and was put where it most likely was between the pins.
     """
 
     pins: tuple[str, ...]
@@ -58,7 +58,7 @@ def told_of(
     *,
     fades: bool,
 ) -> PinFinding:
-    """Return what is told of an error.
+    """Return the finding of an error.
 
     Args:
         seen: the cameras.
@@ -67,7 +67,7 @@ def told_of(
         found: the error.
         errs: where cameras err, shape (row_count, camera_count).
         turned: where a camera's names are those of the other side, shape (count, camera_count).
-        fades: nothing but the pin tells of the error, which is taken to last half a second around it.
+        fades: the pin is the only evidence of the error, which is assumed to last half a second around it.
     """
     rows, names = found.rows, list(seen.cameras)
     changes = np.diff(turned[rows], axis=0) & errs[1:] & errs[:-1]
@@ -83,7 +83,7 @@ def told_of(
 
 
 def told_of_unseen(seen: Around, pins: Sequence[PinEdit], joint: int, rows: slice) -> PinFinding:
-    """Return what is told of instants around pins at which no camera sees the joint."""
+    """Return the finding of instants around pins at which no camera sees the joint."""
     return PinFinding(
         _ids(seen, pins, rows),
         (CANONICAL[joint],),

@@ -43,7 +43,7 @@ SUNK_SIGMA_M = 0.02
 """Standard deviation of a sole's point under the floor."""
 
 FIRMLY = 4.0
-"""Stiffness of standing feet relative to finishing, because a foot that bears does not slide."""
+"""Stiffness of standing feet relative to finishing, because a foot that bears weight does not slide."""
 
 
 def floor_height_m(contacts: Contacts | None) -> float:

@@ -40,7 +40,7 @@ class ContactForces:
         residual: unexplained force and moment / `ARM_M` [N], shape (K, 6).
         free: projection onto the directions of (force, moment / `ARM_M`) that the contact forces cannot reach,
             shape (K, 6, 6).
-        along: how much of each edge of the friction cones they use [N], shape (K, P, 4).
+        along: force along each edge of the friction cones [N], shape (K, P, 4).
     """
 
     at_points: NDArray[np.float64]
@@ -61,10 +61,10 @@ def contact_forces(
 
     Args:
         motion: of K + 2 frames.
-        bears: which points may bear, or how firmly, 0..1, shape (K, P): forces of `shared` ones cost the less.
-        shared: spread forces of equal effect over the points; the residual is then a little greater.
+        bears: which points may bear, or how firmly, 0..1, shape (K, P); with `shared`, firmer ones cost less.
+        shared: spread forces of equal effect over the points; the residual is then slightly larger.
     """
-    from scipy.optimize import nnls  # slow to load: live solves need none of it
+    from scipy.optimize import nnls  # slow to load, and live solves do not need it
 
     frames, count = bears.shape
     wanted = np.hstack([motion.force, motion.moment / ARM_M])
@@ -89,7 +89,7 @@ def contact_forces(
 
 
 def effects_at_points(motion: Dynamics, directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what forces of 1 N at the points do to the centre of mass: force [N], moment [N m] over `ARM_M`.
+    """Return the effects of forces of 1 N at the points on the centre of mass: force [N], moment [N m] over `ARM_M`.
 
     Args:
         motion: of K + 2 frames.

@@ -1,4 +1,4 @@
-"""Contacts between performers that an operator says: both give way by half, so that their surfaces meet."""
+"""Contacts between performers set by an operator: both give way by half, so that their surfaces meet."""
 
 from collections.abc import Mapping
 
@@ -12,12 +12,12 @@ from studio.engine.whole_take.finish.contact.others import WITHIN_NS, Surfaces
 def held_by_others(
     name: str, surfaces: Mapping[str, Surfaces], touches: Mapping[str, Touches]
 ) -> list[HeldJoint]:
-    """Return where a performer's joints are that touch another's, or are touched.
+    """Return the places of a performer's joints that touch another's, or are touched.
 
     Args:
         name: the performer.
         surfaces: of all performers, as they are now.
-        touches: by performer, what is said of their contacts.
+        touches: by performer, their contacts.
     """
     own, held = surfaces[name], []
     for who, asked in touches.items():

@@ -70,7 +70,7 @@ class Contacts:
         return replace(self, hold=self.hold[rows], place_m=self.place_m[rows], least_m=self.least_m[rows])
 
     def with_rows(self, rows: NDArray[np.bool_], other: "Contacts") -> "Contacts":
-        """The contacts with some frames, flags of shape (frame_count,), of others of the same take."""
+        """The contacts, with some frames, flags of shape (frame_count,), taken from others of the same take."""
         hold = np.where(rows[:, None], other.hold, self.hold)
         least_m = np.where(rows[:, None], other.least_m, self.least_m)
         place_m = np.where(rows[:, None, None], other.place_m, self.place_m)
@@ -163,7 +163,7 @@ def find_contacts(
 def lying(
     path: NDArray[np.float64], holds: NDArray[np.bool_], pieces: list[tuple[int, int]], dt: float
 ) -> NDArray[np.float64]:
-    """Return where a joint lies while it holds [m], shape (frame_count, 2), from its path, shape (frame_count, 3)."""
+    """Return the place of a holding joint [m], shape (frame_count, 2), from its path, shape (frame_count, 3)."""
     out = path[:, :2].copy()
     for begin, end in pieces:
         for first, last in runs(holds[begin:end]):
@@ -173,8 +173,7 @@ def lying(
 
 
 def wander_of(alike: float) -> float:
-    """Return the size of a trajectory's slow errors, 0..1, from the correlation of noise between frames
-    (`NoiseScale`).
+    """Return the size of a trajectory's slow errors, 0..1, from the correlation of noise (`NoiseScale.alike`).
 
     Depth cameras have a correlation of 0.8 to 1; noise with at least half of it counts as theirs.
     """

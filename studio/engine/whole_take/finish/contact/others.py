@@ -1,7 +1,7 @@
-"""Performers keep apart from one another, and hands that hold each other meet.
+"""Keeps performers apart from one another, and makes hands meet that hold each other.
 
-The surfaces are those of `body_contact`. A performer moves half of the way out of another, who stays where the last
-step left them and moves the other half in their own step (the Jacobi method: all move at once).
+The surfaces are those of `body_contact`. A performer moves half of the way out of another, whose place is that of the
+last step; the other moves the other half in their own step (the Jacobi method: all move at once).
 """
 
 from dataclasses import dataclass
@@ -22,10 +22,10 @@ from studio.engine.whole_take.finish.contact.body_contact import (
 from studio.engine.whole_take.finish.trajectory import Kinematics
 
 NEAR_HIPS_M = 1.6
-"""Performers whose hips are further apart do not touch."""
+"""Distance of the hips [m] beyond which two performers do not touch."""
 
 WITHIN_NS = 10_000_000
-"""Frames of two performers that are no further apart are of one time."""
+"""Largest time between frames of two performers that count as simultaneous."""
 
 HALF = 0.5
 
@@ -33,7 +33,7 @@ HOLDS_M = 0.12
 HOLDS_S = 0.8
 OVER_S = 0.3
 """Hands hold each other where they stay within the first distance for the second time; distances are medians over the
-third. A blow and hands that pass are shorter. Hands of finished takes are 3 to 5 cm from the true ones.
+third. Blows and passing hands are shorter. Hands of finished takes are 3 to 5 cm from the true ones.
 """
 
 MEET_SIGMA_M = 0.010
@@ -62,7 +62,7 @@ class Surfaces:
     height_m: float
 
     def at(self, times_ns: NDArray[np.int64], within_ns: int) -> NDArray[np.float64]:
-        """Return the joints at other times, shape (time_count, 21, 3); NaN = no frame is so near."""
+        """Return the joints at other times, shape (time_count, 21, 3); NaN = no frame within `within_ns`."""
         after = np.clip(np.searchsorted(self.times_ns, times_ns), 0, len(self.times_ns) - 1)
         before = np.maximum(after - 1, 0)
         nearer = times_ns - self.times_ns[before] < self.times_ns[after] - times_ns
@@ -74,7 +74,7 @@ class Surfaces:
 
 @dataclass(frozen=True)
 class OtherPerformer:
-    """Another performer, frame by frame, as one performer's frames meet them.
+    """Another performer, at the times of one performer's frames.
 
     Attributes:
         sites: their joints [m], shape (frame_count, 21, 3); NaN = not there.
@@ -91,7 +91,7 @@ class OtherPerformer:
         return OtherPerformer(self.sites[frames], self.height_m, self.holds[frames])
 
     def near(self, q: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return in which frames they may touch the performer of configurations, shape (frame_count, nq)."""
+        """Return the frames in which they may touch the performer of configurations, shape (frame_count, nq)."""
         return np.linalg.norm(q[:, :3] - self.sites[:, _HIPS], axis=1) < NEAR_HIPS_M
 
     def is_near(self, q: NDArray[np.float64]) -> bool:
@@ -100,13 +100,13 @@ class OtherPerformer:
 
 
 def meet(own: Surfaces, other: Surfaces, dt: float) -> OtherPerformer:
-    """Return another performer as they are to this one; frames are `dt` apart [s]."""
+    """Return another performer at the times of this one's frames, `dt` apart [s]."""
     sites = other.at(own.times_ns, round(0.5e9 * dt))
     return OtherPerformer(sites, other.height_m, holding(own.sites, sites, dt))
 
 
 def holding(own: NDArray[np.float64], theirs: NDArray[np.float64], dt: float) -> NDArray[np.bool_]:
-    """Return where hands hold each other, shape (frame_count, 2, 2), of joints, shape (frame_count, 21, 3)."""
+    """Return which hands hold each other, shape (frame_count, 2, 2), of joints, shape (frame_count, 21, 3)."""
     over = 2 * round(0.5 * OVER_S / dt) + 1
     near = median_filter(hands_apart_m(own, theirs), (over, 1, 1), mode="nearest") < HOLDS_M
     out = np.zeros_like(near)
@@ -127,7 +127,7 @@ def hands_apart_m(own: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDAr
 
 
 def overlap_m(own: Surfaces, other: Surfaces) -> NDArray[np.float64]:
-    """Return how deep two performers' surfaces overlap, frame by frame of the first [m], shape (frame_count,)."""
+    """Return the depth of two performers' overlap in each frame of the first one [m], shape (frame_count,)."""
     sites = other.at(own.times_ns, WITHIN_NS)
     _, _, way, reach = _between(own.sites, sites, own.height_m, other.height_m)
     deep = reach - np.linalg.norm(way, axis=2)
@@ -135,7 +135,7 @@ def overlap_m(own: Surfaces, other: Surfaces) -> NDArray[np.float64]:
 
 
 class OtherBodies:
-    """Rows of finishing's problem that push a performer out of the others, and bring hands together that hold."""
+    """Rows of finishing's problem that push a performer out of the others, and bring held hands together."""
 
     def __init__(self, height_m: float) -> None:
         """Prepare for a performer of this stature."""
@@ -192,8 +192,9 @@ class OtherBodies:
 def _between(
     sites: NDArray[np.float64], others: NDArray[np.float64], height_m: float, other_height_m: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return for every pair of parts where the own and the other one are nearest, as shares of their bones, the way
-    from the other to the own one [m], and the sum of the radii there [m]; leading shape (frame_count, pair_count)."""
+    """Return, for every pair of parts, the nearest points of the own and the other one as shares of their bones, the
+    vector from the other to the own one [m], and the sum of the radii there [m]; leading shape (frame_count,
+    pair_count)."""
     a, b = sites[:, _ENDS[_OWN]], others[:, _ENDS[_THEIRS]]
     own, theirs, way = nearest_on_segments(a[:, :, 0], a[:, :, 1], b[:, :, 0], b[:, :, 1])
     radii, other_radii = height_m * _RADII[_OWN], other_height_m * _RADII[_THEIRS]
@@ -209,7 +210,8 @@ def _moving(
     share: NDArray[np.float64],
     way: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return how points on bones move along directions by each degree of freedom, shape (row_count, nv)."""
+    """Return the derivatives of points on bones, along directions, by the degrees of freedom, shape (row_count,
+    nv)."""
     j = jacobians.reshape(len(jacobians), -1, 3, jacobians.shape[2])[frames[:, None], ends]
     shares = np.stack([1.0 - share, share], axis=1)
     return np.asarray(np.einsum("re,ra,rean->rn", shares, way, j), dtype=np.float64)

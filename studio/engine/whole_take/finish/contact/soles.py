@@ -66,8 +66,8 @@ def without_dips(feet: Soles, contacts: Contacts) -> Contacts:
 
 
 def dips_m(feet: Soles, contacts: Contacts) -> NDArray[np.float64]:
-    """Return how far soles are under the floor, beyond what gives [m], shape (frame_count, 4); 0 or less = they are
-    not. Without a standing foot none is."""
+    """Return the depth of soles under the floor beyond `GIVES_M` [m], shape (frame_count, 4); 0 or less = not under
+    it. Without a standing foot none is."""
     standing = _standing_m(feet.soles_m, contacts)
     if len(standing) == 0:
         return np.zeros_like(feet.soles_m)
