@@ -21,8 +21,8 @@ class StudioAddress(NamedTuple):
 def address_for_others(request: "Request") -> StudioAddress:
     """Return the studio's address as other machines reach it, or the browser's if they do not.
 
-    A studio that is open to the network may be used at a loopback address on its own machine; its address in the
-    network is told instead.
+    A studio that is open to the network may be used at a loopback address on its own machine; its network address is
+    returned instead.
     """
     host = request.url.hostname or ""
     is_open = bool(getattr(request.app.state, "open_to_others", False))
@@ -50,7 +50,7 @@ def own_address() -> str:
 
 
 def in_url(host: str) -> str:
-    """Return a host as a URL has it: IPv6 in brackets."""
+    """Return a host as written in a URL: IPv6 in brackets."""
     return f"[{host}]" if ":" in host else host
 
 

@@ -92,9 +92,9 @@ def create_app(
         stage: the live stage.
         sessions: folder of the takes; nothing outside it is served.
         access: access control; None = nobody needs to sign in.
-        recordings: folder whose recordings may be played as cameras, beside the takes.
+        recordings: folder whose recordings may be played as cameras, in addition to the takes.
         discover: listen to cameras that announce themselves; None = where nobody needs to sign in.
-        certificate: of the server itself, with which its own clients know it; None = it has none.
+        certificate: the server's own, by which its own clients recognise it; None = it has none.
         hello_timeout_s: time without a message after which a camera link is refused.
     """
     app = StructApi(

@@ -84,7 +84,7 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
         (501, "Not available in this version."),
     )
 }
-"""The documented failures of routes. By their schema: as a `model`, FastAPI would build it anew for each route."""
+"""The documented failures of routes, by their schema: FastAPI would build a `model` again for each route."""
 
 
 def error_response(status: int, code: str, message: str) -> JSONResponse:

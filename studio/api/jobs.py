@@ -39,7 +39,7 @@ _TOLD_SHARE = 0.01
 
 
 class JobStatus(Struct):
-    """A job, and how it goes.
+    """A job and its state.
 
     Attributes:
         id, kind, take, name: its number, its kind, the take's id (session/name), and the name of its result.
@@ -50,9 +50,9 @@ class JobStatus(Struct):
         message: why it failed.
         ended: when it ended, ISO 8601 in UTC; empty before.
         can_cancel: whether it can be cancelled once it runs.
-        seconds, left_s: how long it runs or ran, and about how long it still takes [s]; None where not known.
-        so_far_s, of_s: a solve that is being made can be replayed so far, and will be so long [s]; None where nothing
-            can be replayed yet.
+        seconds, left_s: running time, and approximate time left [s]; None where unknown.
+        so_far_s, of_s: of a solve in progress, the length that can be replayed and the final length [s]; None where
+            nothing can be replayed yet.
     """
 
     id: str
@@ -92,7 +92,7 @@ class Job(JobStatus):
         self.ended_s, self.ended = time.monotonic(), datetime.now(UTC).isoformat(timespec="seconds")
 
     def status(self) -> JobStatus:
-        """Return how it goes now."""
+        """Return its present state."""
         seconds = None if self.began_s is None else (self.ended_s or time.monotonic()) - self.began_s
         left_s = None
         if self.state == "running" and seconds is not None:
@@ -187,8 +187,8 @@ class Jobs:
         Args:
             job: one that waits, or that is at an earlier step.
             work: what is done.
-            lane: what it waits behind.
-            step: which of its steps that is.
+            lane: the queue in which it waits.
+            step: the step of the job that this work is.
             clear: called when it is over or will not be done, before the job has ended.
         """
         with self._lock:
@@ -300,7 +300,7 @@ class Jobs:
                 job.end(state, message)
 
     def _clear_up(self, job: Job) -> None:
-        """Do what is to be done when a job's work is over."""
+        """Call the `clear` of a job whose work is over or will not be done."""
         with self._lock:
             clear = self._clearing.pop(job.id, None)
         if clear is not None:

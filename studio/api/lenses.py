@@ -1,4 +1,4 @@
-"""What requests say of the lenses of cameras without depth."""
+"""Lenses of cameras without depth in requests."""
 
 from collections.abc import Mapping
 
@@ -29,11 +29,11 @@ class LensRequest(BaseModel):
 
 
 def known_lenses(given: Mapping[str, LensRequest]) -> dict[str, KnownLens]:
-    """Return by camera what is known of its lens.
+    """Return what is known of each camera's lens, by camera.
 
     Raises:
-        FormatError: a file without a lens of the camera. SettingsError: a number that no lens has, or not one of the
-            three.
+        FormatError: a file without a lens of the camera. SettingsError: a number that no lens has, or not
+            exactly one of the three.
     """
     return {camera: _known(camera, one) for camera, one in given.items()}
 

@@ -19,11 +19,11 @@ _REFERENCE = "#/components/schemas/{name}"
 
 
 _told = threading.local()
-"""`sentences`: those met by the encoding under way on this thread, by their texts."""
+"""`sentences`: those found by the present encoding on this thread, by text."""
 
 
 def _plain(value: Any) -> Any:
-    """Return a JSON value for a sentence or a number of NumPy."""
+    """Return a JSON value for a sentence or a NumPy number."""
     if isinstance(value, Said):
         _told.sentences[str(value)] = value
         return str(value)
@@ -37,7 +37,7 @@ def encode(value: Any) -> bytes:
     """Return structs, dicts and lists, also nested ones, as JSON in UTF-8.
 
     An object with sentences that have a code gets one more field, `said`: these sentences, each with its `text`,
-    `code` and `values`. Of a list, each object that has such sentences gets it.
+    `code` and `values`. In a list, each object with such sentences gets it.
     """
     _told.sentences = sentences = {}
     data = _encoder.encode(value)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 MOST_KEPT = 1 << 17
-"""Recordings of which it is known whether they bring a calibration."""
+"""Maximum number of recordings whose check for a calibration is cached."""
 
 
 def calibration_of_recording(path: Path, cameras: tuple[str, ...]) -> Calibration | None:
@@ -59,7 +59,7 @@ def _brings(path: Path, cameras: tuple[str, ...], _: tuple[FileStamp, ...]) -> b
 
 
 def _as_played(calibration: Calibration) -> Calibration:
-    """Return the calibration for frames stamped anew by one clock; the new stamps already contain the clocks'
+    """Return the calibration for frames stamped again by one clock; the new stamps already contain the clocks'
     offsets."""
     clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
     main = clocks.get(calibration.reference, ClockModel())

@@ -60,7 +60,7 @@ class Engine(PerformedStage):
     Attributes:
         results: the newest step.
         status: the newest status.
-        timecode, bodies: what comes in.
+        timecode, bodies: incoming timecode and rigid bodies.
     """
 
     def __init__(
@@ -299,7 +299,7 @@ class Engine(PerformedStage):
 
         Args:
             moved: performers are elsewhere now, by another calibration or clock; they are recognised by their bones.
-            people: who stays known; None = all performers.
+            people: the performers who stay known; None = all.
         """
         self._schedule = Schedule.of(self.settings)
         calibration = self.placed_calibration() if warmup.is_ready(self.stage_calibration) else None

@@ -1,4 +1,4 @@
-"""Starts and stops the takes of the live stage, and tells the camera clients."""
+"""Starts and stops the takes of the live stage, and informs the camera clients."""
 
 import logging
 import shutil
@@ -26,7 +26,7 @@ from studio.take.raw.live_log import BodiesEvent, MarkersEvent, TimecodeEvent
 from studio.timecode.incoming import OFF, IncomingTimecode
 
 RESERVED_SESSIONS = ("blind", "calibrations", PERFORMERS, "rigs", "shares")
-"""Folders of the stage and the server beside those of sessions."""
+"""Folders of the stage and the server next to those of sessions."""
 
 _log = logging.getLogger(__name__)
 

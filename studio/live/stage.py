@@ -50,7 +50,7 @@ class LiveStage:
     """The live stage. Call `start` first and `close` at the end.
 
     `keeping` handles frames that clients keep, `previews` their small depth images, `timecode` and `bodies` what
-    comes in, `recordings` starts and stops takes.
+    is received, `recordings` starts and stops takes.
     Methods that say "waits" wait for the engine thread or the disk, so they must not run on an event loop.
     """
 
@@ -181,7 +181,7 @@ class LiveStage:
         self._engine.call(lambda: self._engine.choose_reference(name))
 
     def serials_of(self, machine: str) -> dict[str, str]:
-        """Return the cameras connected from a machine, by the serial number of their devices, if they tell one."""
+        """Return the cameras connected from a machine, by the serial number of their devices, if they have one."""
         return {
             link.hello.serial: link.name
             for link in self._links.all()
@@ -275,10 +275,10 @@ class LiveStage:
         """Gather frames for this long, then calibrate with them; the status shows the progress. Waits.
 
         With a height (without shoes) [m], or the name of a performer who was measured, a walk of somebody of another
-        height is refused. To cameras that see no depth the height gives the size of the stage; `lenses` are of them.
+        height is refused. Cameras without depth get the size of the stage from the height; `lenses` are theirs.
 
         Raises:
-            SettingsError: a length or height that is not allowed, or a lens of a camera that has none to be known.
+            SettingsError: a length or height that is not allowed, or a lens for an unknown camera or one with depth.
             TakeError: there is no such performer.
             CalibrationError: no camera, or one is under way.
         """
@@ -346,7 +346,7 @@ class LiveStage:
         return self._engine.members
 
     def forget_performers(self, name: str | None = None) -> None:
-        """Go on without a performer, or with the first one only; whom it forgets is a stranger again. Waits.
+        """Forget a performer, or all but the first one; a forgotten one is a stranger again. Waits.
 
         Raises:
             TakeError: a take is being recorded.
@@ -356,7 +356,7 @@ class LiveStage:
         self._engine.call(lambda: self._engine.forget_performers(name))
 
     def rename_performer(self, name: str, new: str) -> None:
-        """Call a performer by another name, also within a recording; waits.
+        """Rename a performer, also within a recording; waits.
 
         Raises:
             SettingsError: there is no performer of that name.
@@ -365,7 +365,7 @@ class LiveStage:
         self._engine.call(lambda: self._engine.rename_performer(name, new))
 
     def exchange_performers(self, first: str, second: str) -> None:
-        """Let two performers each be whom the other was taken for, from now on; again takes it back. Waits.
+        """Exchange the identities of two performers from now on; a second call undoes it. Waits.
 
         Raises:
             SettingsError: there is no performer of one of the names.

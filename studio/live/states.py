@@ -155,7 +155,7 @@ class AttemptStatus(Struct):
 
 
 class TPose(Struct):
-    """The last T-pose asked for.
+    """The last requested T-pose.
 
     `name` is the performer's, empty if it is measured for the stage only; `seconds_left` of the countdown or of
     the hold [s]; `problems` lists faults of the pose, in words for the performer; `height_m` as measured [m].
@@ -172,7 +172,7 @@ class TPose(Struct):
 class CalibrationStatus(Struct):
     """The calibration in use, `provisional` if it has one camera only: its age [s], the performer's height [m].
 
-    `attempt` is the last calibration begun, `tpose` the last T-pose asked for.
+    `attempt` is the last calibration begun, `tpose` the last requested T-pose.
     """
 
     state: Literal["none", "provisional", "good"]
@@ -222,7 +222,7 @@ class RefusedLinks(Struct, frozen=True):
 class StageStatus(Struct):
     """The status of the live stage, cameras by name; `performers` is empty while cameras show one body.
 
-    `performer_warnings` say what may be lost on a stage of several. `timecode` and `bodies` are what comes in.
+    `performer_warnings` say what may be lost on a stage of several. `timecode` and `bodies` are what is received.
     """
 
     cameras: dict[str, CameraStatus]

@@ -1,4 +1,4 @@
-"""Who is told of the live stage's steps."""
+"""Receivers of the live stage's steps."""
 
 from collections.abc import Callable
 
@@ -29,12 +29,12 @@ class Subscribers:
         return remove
 
     def tell(self, result: StepResult) -> None:
-        """Tell of a step of the pipeline."""
+        """Report a step of the pipeline."""
         for callback, _ in self._callbacks:
             callback(result)
 
     def tell_raw(self, result: StepResult) -> None:
-        """Tell of a step without a body."""
+        """Report a step without a body."""
         for callback, raw in self._callbacks:
             if raw:
                 callback(result)

@@ -15,14 +15,14 @@ _lock = threading.Lock()
 _ready, _ready_for_pictures, _wanted = threading.Event(), threading.Event(), threading.Event()
 
 PAUSE_S = 3.0
-"""How long the rest waits after the first pose can be solved, where nobody needs it: the page makes its first figure
+"""Pause between the first pose and the rest, unless the rest is needed [s]: the page makes its first figure
 meanwhile."""
 
 
 def is_ready(calibration: Calibration | None = None) -> bool:
     """Whether a pipeline of these cameras can be started within milliseconds; None = of cameras with depth.
 
-    Who asks for cameras without depth has them prepared for at once.
+    Asking about cameras without depth starts their preparation at once.
     """
     with_pictures = calibration is not None and any(
         camera.lens is not None for camera in calibration.cameras.values()
@@ -40,7 +40,7 @@ def warm_up() -> None:
 
 def begin(then: Callable[[], None]) -> None:
     """Prepare the process on a thread, and call `then` on that thread as soon as one performer can be solved, and
-    again once cameras without depth can be used; nothing where it is ready for both. Without cameras that need it
+    again once cameras without depth can be used. Do nothing if both are ready. Without cameras that need it
     (`is_ready`), the second part begins after a pause."""
     if _ready.is_set() and _ready_for_pictures.is_set():
         return
@@ -65,7 +65,7 @@ def _prepare_pictures() -> None:
 
 
 def _prepare(done: threading.Event, function: str, late: str) -> None:
-    """Call a function of `studio.offline.warming`, unless it was done before; `late` comes late if it fails."""
+    """Call a function of `studio.offline.warming`, unless it was done before; if it fails, `late` comes late."""
     with _lock:
         if done.is_set():
             return

@@ -22,14 +22,14 @@ from studio.take.video.picture import whole_picture
 Progress = Callable[[float], None]
 
 MOST_INSTANTS, STEP_S = 80, 0.5
-"""Pictures are looked at so often in a take, and not closer together."""
+"""Maximum number of instants of a take whose pictures are searched, and their least distance [s]."""
 
 _NEAR_S, _SEARCHED_S = 0.02, 3.0
 _SIDE = 1920
 """Pictures with a longer side are halved."""
 
 _LARGEST_DIFFERENCE = 0.08
-"""By so much the performer's height may differ from the one that was given."""
+"""Largest relative difference of the performer's height from the given one."""
 
 
 def calibrated_by_board(
@@ -40,17 +40,17 @@ def calibrated_by_board(
     height_m: float | None = None,
     progress: Progress | None = None,
 ) -> tuple[Calibration, BoardFound]:
-    """Return a calibration with the size of a board that the take's videos show, and what the board said.
+    """Return a calibration with the size of a board that the take's videos show, and the facts about the board.
 
     Args:
-        take: that keeps its videos.
+        take: with videos.
         calibration: of the take, not yet stored.
-        height_m: the performer's without shoes, if it was given: it must agree.
+        height_m: the performer's without shoes, if it was given; it must agree.
         progress: receives the share done.
 
     Raises:
         SettingsError: cameras with depth, which know the size, or a take without videos.
-        CalibrationError: the board was not found, not by two cameras at once, or makes no human of the performer.
+        CalibrationError: the board was not found, not by two cameras at once, or gives the performer a wrong height.
         NotAvailableError: OpenCV is not installed.
     """
     if any(camera.lens is None for camera in calibration.cameras.values()):
@@ -97,7 +97,7 @@ def _check_height(found_m: float, given_m: float | None) -> None:
 
 
 def _without_guess(calibration: Calibration) -> Calibration:
-    """The calibration without the doubt about its size."""
+    """The calibration without the reason that its size is guessed."""
     cameras = {
         name: replace(
             camera,
@@ -190,7 +190,7 @@ def _pictures(
 
 
 def _wanted(video: KeptVideo, wanted: dict[int, int]) -> Iterator[tuple[int, NDArray[np.uint8]]]:
-    """Pictures at times of a video [ns], each with what stands for it."""
+    """Pictures at times of a video [ns], each with the number that `wanted` has for it."""
     left = sorted(wanted)
     file = VideoFile.open(video.path)
     while left:

@@ -1,4 +1,4 @@
-"""Compiles ahead, once after installation, what the first takes call. The result is kept on disk."""
+"""Compiles in advance, once after installation, what the first takes call. The result is kept on disk."""
 
 import multiprocessing
 import os
@@ -26,9 +26,9 @@ _HZ = 30.0
 
 
 def compile_ahead(progress: Callable[[float], None] | None = None) -> None:
-    """Run solving, finishing and an export on a moment of the embedded performer; beside it, tracking in depth.
+    """Run solving, finishing and an export on a moment of the embedded performer; in parallel, tracking in depth.
 
-    What they compile is kept beside the source or in the user's cache folder, where a later process finds it.
+    What they compile is kept next to the source or in the user's cache folder, where a later process finds it.
 
     Args:
         progress: receives the share done.
@@ -51,7 +51,7 @@ def _solve() -> None:
 
 
 def _see_depth() -> None:
-    """Follow the performer in simulated depth images, one camera for itself and in the points of all."""
+    """Track the performer in simulated depth images, in one camera alone and in the points of all."""
     sensor, rig = find_sensor("azure-kinect"), standard_rig(1)
     camera = DepthStage.of(sensor, rig, perform(stage_motion(), DEFAULT), DEFAULT).camera(0)
     name, T_stage_camera = rig[0].name, rig[0].T_stage_camera
@@ -65,4 +65,4 @@ def _see_depth() -> None:
 
 
 STEPS = (_solve, _see_depth)
-"""What compiles; the steps run side by side."""
+"""The steps of compilation, which run in parallel."""

@@ -1,4 +1,4 @@
-"""The edits of a take within its solve: which of them count for whom, and what became of each."""
+"""The edits of a take within its solve: which of them count for whom, and the outcome of each."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -33,7 +33,7 @@ class AskedEdits:
 
     Attributes:
         edits: those that are on.
-        mended: what pins found wrong; solves append to it.
+        mended: errors that pins revealed; solves append to it.
     """
 
     edits: tuple[Edit, ...] = ()
@@ -60,7 +60,7 @@ class AskedEdits:
     def applied(
         self, solved: Mapping[str, Solved], frames: _Frames, metrics: SolveMetrics
     ) -> tuple[dict[str, Solved], SolveMetrics]:
-        """Return the solve with what is done after it, and its figures with what became of the edits."""
+        """Return the solve with the edits that are applied after it, and its figures with the edits' outcomes."""
         if not self.edits:
             return dict(solved), metrics
         strangers = [edit for edit in self.edits if edit.performer not in solved]
@@ -112,7 +112,7 @@ def _directions(edits: Sequence[Edit], poses: Mapping[str, Poses]) -> dict[str, 
 
 
 def _trimmed(solved: Solved, edits: Sequence[Edit]) -> Solved:
-    """Return what trims leave of a solve; one that leaves nothing is not made."""
+    """Return the part of a solve that trims leave; trims that leave nothing are ignored."""
     trims = of_kind(edits, TrimEdit)
     if not trims:
         return solved
@@ -126,7 +126,7 @@ def _trimmed(solved: Solved, edits: Sequence[Edit]) -> Solved:
 
 
 def _retimed(solved: Solved, times: TimeMap) -> Solved:
-    """Return a solve in which parts go faster or slower; what went into a frame is that of the nearest one."""
+    """Return a solve with faster or slower parts; the trace of each frame is that of the nearest original one."""
     if not times:
         return solved
     poses = retimed(solved.poses, times)

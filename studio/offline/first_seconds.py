@@ -10,7 +10,7 @@ from studio.engine.whole_take.collect import collect_poses
 from studio.offline.so_far import Show, SoFar
 
 PART_S = 2.0
-"""So many seconds are shown at first, and so many more each time."""
+"""Length of the first part shown, and of each further one [s]."""
 
 
 class FirstSeconds:
@@ -21,7 +21,7 @@ class FirstSeconds:
         settings: those of the solve.
         span_ns: stage times of the first and the last frame of the solve.
         show: receives each part.
-        most_parts: no more than so many; None = all.
+        most_parts: maximum number of parts; None = all.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class FirstSeconds:
         if self._left == 0 or now_ns < self._first_ns:
             return
         if self._shown_ns is None and not self._waiting and now_ns > self._first_ns + PART_S * 1e9:
-            self._left = 0  # of the beginning nothing was looked at
+            self._left = 0  # there are no frames of the beginning
             return
         self._waiting.append(frame)
         if now_ns - (self._first_ns if self._shown_ns is None else self._shown_ns) < PART_S * 1e9:

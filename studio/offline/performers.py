@@ -39,10 +39,10 @@ def people_of(take: Take, frames: _Frames, calibration: Calibration, *, everybod
     """Return who is in a take; None where there is one performer, or no camera tells several apart.
 
     Args:
-        take: of which performers may be known from before.
+        take: it may have performers that are known already.
         frames: by camera, with all bodies.
         calibration: places the cameras.
-        everybody: who holds no T-pose is a performer too.
+        everybody: people without a T-pose are performers too.
 
     Raises:
         CalibrationError: nobody was seen for long enough.

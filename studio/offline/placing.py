@@ -1,4 +1,4 @@
-"""The cameras of a take refined before its depth is tracked, and what that says in the figures of a solve."""
+"""Refinement of a take's cameras before its depth is tracked, and its entries in the figures of a solve."""
 
 import logging
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from studio.take.raw.depth import DepthRecording
 
 Progress = Callable[[float], None]
 _WINDOWS, _WINDOW_S = 4, 4.0
-"""So many parts of so many seconds are looked at, spread over the take; all of a take that is shorter."""
+"""Number and length [s] of the parts that are used, spread over the take; a shorter take is used whole."""
 _log = logging.getLogger(__name__)
 
 
@@ -33,7 +33,7 @@ def refined(
     """Return the calibration with refined cameras, and what was done to them as JSON (`with_refined`).
 
     Args:
-        progress: told the share done.
+        progress: receives the share done.
         tracked: see `refine_cameras`.
     """
     clocks = {name: calibration.cameras[name].clock for name in names}
@@ -62,13 +62,13 @@ def refined(
 
 
 def with_refined(calibration: Calibration, done: SolveMetrics) -> Calibration:
-    """Return the calibration with the cameras as `refined` told of them."""
+    """Return the calibration with the cameras that `refined` reported."""
     moved = done.get("cameras_moved", {})
     return with_places(calibration, {name: np.array(one["T_stage_camera"]) for name, one in moved.items()})
 
 
 def windows(first_ns: int, last_ns: int) -> list[tuple[int, int]]:
-    """Return the times between which images are looked at [ns]."""
+    """Return the spans of time whose images are used [ns]."""
     window_ns = round(_WINDOW_S * 1e9)
     if last_ns - first_ns <= _WINDOWS * window_ns:
         return [(first_ns, last_ns)]

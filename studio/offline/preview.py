@@ -42,7 +42,7 @@ def solve_part(
     """Return the poses from `start_s` to `end_s` of stage time, from a solve that begins shortly before.
 
     The solve is without finishing and physics, which need the whole take, and nothing is stored. Skeletons from depth
-    are those of an earlier solve or calibration. `performer`: of several whose poses; the first's where empty.
+    are those of an earlier solve or calibration. `performer`: one of several; the first where empty.
 
     Raises:
         CalibrationError: the take has no calibration, or no performer.
@@ -80,7 +80,7 @@ def poses_between(take: Take, poses: Poses, start_s: float, end_s: float) -> Pos
 
 @dataclass(frozen=True)
 class SeenPerformer:
-    """A performer of a take: their name, the settings of their solve, and what is kept of them."""
+    """A performer of a take: their name, the settings of their solve, and their cached data."""
 
     name: str
     settings: SolveSettings
@@ -97,19 +97,19 @@ class SeenPerformer:
         return self._kept.calibration
 
     def lift_of_pins_m(self, edits: Sequence[Edit]) -> float:
-        """Return `lift_of_pins_m` of their frames; the feet are looked at once."""
+        """Return `lift_of_pins_m` of their frames; the feet are evaluated once."""
         if not is_raised_for_pins(self.calibration, self.settings, edits) or self._kept.feet is None:
             return 0.0
         return self._kept.feet.lift_of_pins_m(edits)
 
     def read_feet(self) -> None:
-        """Look at the feet, where a pin may need them."""
+        """Evaluate the feet, where a pin may need them."""
         if places_feet(self.calibration, self.settings):
             _ = self._kept.feet
 
 
 def seen_performer(take: Take, settings: SolveSettings, performer: str) -> SeenPerformer:
-    """Return a performer of a take as a solve with these settings takes them, from what is kept of the last take.
+    """Return a performer of a take as a solve with these settings takes them; the data of the last take are cached.
 
     Args:
         performer: of several; the first where there is none of this name.
@@ -157,7 +157,7 @@ def _recent(
     exchanges: tuple[Exchange, ...],
     everybody: bool,
 ) -> dict[str, "_KeptPerformer"]:
-    """Return what is kept of the last take, by performer.
+    """Return the data of a take by performer; those of the last take are cached.
 
     Args:
         tracked_as: `tracker`, `cameras` and `refine_cameras` for skeletons from depth.

@@ -34,14 +34,14 @@ def find_prop_of(
 
     Args:
         take: recorded with depth cameras, and calibrated.
-        body: what it is; its shape is what is looked for.
+        body: the prop; its shape is searched for.
         solve: of the take, whose performers are no prop; None = nobody is in view.
-        start: a time from the solve's beginning [s], and a place on the stage [m] at which the prop is; None = it is
-            looked for.
+        start: a time from the solve's beginning [s], and the prop's place on the stage then [m]; None = it is
+            searched for.
         progress: receives the share done.
 
     Raises:
-        SettingsError: no shape is given, or another system tells of a body of this name.
+        SettingsError: no shape is given, or another system tracked a body of this name.
         FormatError: the take has no depth, or nothing of this shape was seen.
         CalibrationError: no camera with depth is calibrated.
     """
@@ -95,7 +95,7 @@ def _people(take: Take, solve: str | None) -> list[tuple[NDArray[np.float64], ND
 
 
 class _Looks:
-    """What a take's cameras see at each instant: those of the images of the first of them."""
+    """What a take's cameras see at each instant; the instants are those of the camera with the most images."""
 
     def __init__(
         self,

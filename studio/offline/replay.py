@@ -65,9 +65,9 @@ def solve_take(
             used, with the final clocks of the calibration, and the calibration part is left out.
         progress: receives the share done.
         to_disk: see `write_performers`.
-        show: receives what the solve has so far, where it tracks depth first.
-        processes: how many may track cameras side by side; None = two a core.
-        edits: of the take; those that are on are honoured, and `edits` in metrics.json says what became of each.
+        show: receives the solve so far, where it tracks depth first.
+        processes: maximum number that track cameras in parallel; see `track_cameras`.
+        edits: of the take; those that are on are honoured, and `edits` in metrics.json has the outcome of each.
             None = those that the take has. Not with `as_live`.
 
     Raises:
@@ -113,7 +113,7 @@ def _plain(
     processes: int | None,
     asked: AskedEdits,
 ) -> tuple[dict[str, Solved], SolveMetrics]:
-    """Return what is solved of each performer, and the figures of all."""
+    """Return the solve of each performer, and the figures of all."""
     check_together(settings)
     calibration, common = take.calibration(), SolveMetrics()
     if is_tracked(take, settings):
@@ -171,7 +171,7 @@ def _plain(
 
 
 def solved_with(take: Take, settings: SolveSettings, edits: Sequence[Edit]) -> dict[str, Solved]:
-    """Return what is solved of each performer with some edits, which are all on; nothing is written.
+    """Return the solve of each performer with some edits, which are all on; nothing is written.
 
     Raises:
         TakeError, CalibrationError, SettingsError: as `solve_take`.
@@ -198,13 +198,13 @@ def _of_pictures(cameras: list[str], *, alone: bool) -> str:
 
 
 class _Shares:
-    """Progress of several performers' solves, which go on in turns."""
+    """Progress of several performers' solves, which advance in turns."""
 
     def __init__(self, progress: Progress | None, count: int) -> None:
         self._progress, self._shares = progress, [0.0] * count
 
     def part(self, index: int) -> Progress | None:
-        """Return what is told one performer's share."""
+        """Return the function that receives one performer's share."""
         return None if self._progress is None else lambda share: self._tell(index, share)
 
     def _tell(self, index: int, share: float) -> None:
@@ -214,7 +214,7 @@ class _Shares:
 
 
 class _PerformerSolve:
-    """The solve of one performer, and what is measured on the way."""
+    """The solve of one performer, and its measurements."""
 
     def __init__(
         self,

@@ -1,8 +1,8 @@
-"""Motions of robots by the performers of a solve, kept beside its poses.
+"""Motions of robots by the performers of a solve, kept next to its poses.
 
-Beside each motion a JSON says which joints are asked for too much torque, and when the motion gave way for that. A
-file's name holds a digest of the robot's table, of the poses, and of the code that retargets: after any of them has
-changed it is another.
+Next to each motion, a JSON file lists the joints that need too much torque, and the times when the motion gave way
+for that. A file's name holds a digest of the robot's table, of the poses, and of the retargeting code; it changes
+with any of them.
 """
 
 import json
@@ -31,7 +31,7 @@ _DIGITS = 12
 def keep_robot_motions(
     take: Take, solve: str, robots: Path, name: str, *, progress: Callable[[float], None] = lambda share: None
 ) -> None:
-    """Retarget the performers of a solve to a kept robot, as a whole take, and keep the motions beside their poses.
+    """Retarget the performers of a solve to a kept robot, as a whole take, and keep the motions next to their poses.
 
     Args:
         take: of the solve.
@@ -63,15 +63,15 @@ def keep_robot_motions(
 
 @dataclass(frozen=True)
 class KeptMotion:
-    """A kept motion, and the joints that it asks for too much torque."""
+    """A kept motion, and the joints that need too much torque in it."""
 
     motion: RobotMotion
     strained: tuple[StrainedJoint, ...]
 
 
 def kept_robot_motions(take: Take, solve: str, robots: Path, robot: Robot) -> dict[int, KeptMotion] | None:
-    """Return the kept motions of a robot by the performer's number; None where one is missing, or of other poses
-    or other code."""
+    """Return the kept motions of a robot by the performer's number; None where one is missing, damaged, or of other
+    poses or other code."""
     out = {}
     for number, file in _files(take, solve, robots, robot.name):
         if not file.is_file():
@@ -85,7 +85,7 @@ def kept_robot_motions(take: Take, solve: str, robots: Path, robot: Robot) -> di
 
 
 def _told(path: Path) -> tuple[tuple[StrainedJoint, ...], tuple[GaveWay, ...]]:
-    """Return what is kept of a motion's joints, and when it gave way; nothing where that is damaged."""
+    """Return a motion's strained joints, and when it gave way; empty where the file is missing or damaged."""
     with suppress(OSError, ValueError, TypeError, KeyError):
         told = json.loads(path.read_text(encoding="utf-8"))
         return (

@@ -1,4 +1,4 @@
-"""Cameras of a take that are tracked each for itself: side by side in processes, or one after the other's image."""
+"""Tracking of a take's cameras, each by itself: in parallel processes, or image by image in this one."""
 
 from collections.abc import Callable, Iterable, Iterator
 
@@ -13,7 +13,7 @@ from studio.worker.several import run_several
 Progress = Callable[[float], None]
 
 WORTH_IMAGES = 300
-"""With fewer images, a process would be loading longer than it spares."""
+"""Number of images from which processes save more time than they take to load."""
 
 _TOLD_EVERY = 16
 
@@ -32,11 +32,11 @@ def track_cameras(
         take: whose depth `recording` is.
         names: of cameras with depth.
         progress: receives the share done; what it raises ends all processes.
-        processes: at most so many; None = twice as many as this one may use cores, so that three cameras keep two
-            cores busy to the end.
+        processes: maximum number; None = two for each core that this one may use, so that three cameras keep two
+            cores busy to the end, but one on a single core.
 
     Raises:
-        StudioError: a process broke off; what to do.
+        StudioError: a process broke off; the message says what to do.
     """
     if processes is None:
         processes = 2 * core_count() if core_count() > 1 else 1

@@ -8,11 +8,11 @@ from studio.engine.model.poses import Poses
 
 @dataclass(frozen=True)
 class SoFar:
-    """What a solve has so far, told part by part.
+    """What a solve has so far, delivered part by part.
 
     Attributes:
         poses: the next part; the first one where `begins`.
-        begins: what was told before is replaced.
+        begins: earlier parts are replaced.
         until_s, of_s: length of all parts together, and of the whole [s].
     """
 

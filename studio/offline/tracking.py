@@ -60,7 +60,7 @@ class TrackedTake(NamedTuple):
 
     Attributes:
         frames: by camera. calibration: places them. settings: to solve them with.
-        figures: what `metrics.json` tells of the cameras; empty where they were not refined.
+        figures: entries about the cameras for `metrics.json`; empty where they were not refined.
     """
 
     frames: Mapping[str, Sequence[CameraFrame]]
@@ -105,7 +105,7 @@ def tracked_frames(
     Args:
         progress: receives the share done.
         only_kept: only what an earlier solve has stored.
-        show: receives what a solve of `points` has so far, while it is tracked.
+        show: receives a solve of `points` so far, while it is tracked.
         processes: see `track_cameras`.
 
     Raises:
@@ -177,7 +177,7 @@ def _points(
     done = None
 
     def first(most_parts: int | None) -> Track | None:
-        """Return what shows the solve so far, with the cameras as placed by now."""
+        """Return a function that shows the solve so far, with the cameras as placed by now."""
         if show is None:
             return None
         every = [clocks[name].stage_ns(int(t)) for name in names for t in recording.times_ns(name)[[0, -1]]]
@@ -233,14 +233,14 @@ def calibrate_take(
 
     Args:
         height_m: the performer's, without shoes; without depth it gives the size of the stage, else it is compared
-            with what is measured.
-        lenses: what is known of the lenses of cameras without depth.
-        same_lens: all of those whose lens is not known have one focal length.
+            with the measured one.
+        lenses: the known lenses of cameras without depth.
+        same_lens: all of those without a known lens have one focal length.
         readouts_ms: of cameras without depth, see `CameraCalibration`; 0 where none is given.
 
     Raises:
         CalibrationError: no frames at all.
-        SettingsError: no such reference camera, or a lens of a camera that has none to be known.
+        SettingsError: no such reference camera, or a lens for an unknown camera or one with depth.
     """
     summary, until_s = inspect_raw(take.raw_path), take.meta["calibration_s"]
     depth = DepthRecording(take.raw_path) if summary.depth_frames else None
@@ -308,8 +308,8 @@ def keep_calibration(take: Take, calibration: Calibration) -> int:
     """Store a take's calibration under the next number, which is returned, and use it unless it was refused.
 
     Raises:
-        CalibrationError: it was refused, with the reasons and the calibration that stays in use; it is stored all the
-            same.
+        CalibrationError: it was refused, with the reasons and the calibration that stays in use; it is stored
+            anyway.
     """
     number = take.add_calibration(calibration, use=not calibration.refused)
     if calibration.refused:

@@ -91,7 +91,7 @@ def _find_limbs(performer: Performer) -> None:
 
 
 def _tell_apart(frames: list[CameraFrame]) -> None:
-    """Follow two performers who stand beside each other."""
+    """Track two performers who stand next to each other."""
     crowd = Crowd()
     for k, frame in enumerate(frames):
         crowd.add(k * 0.03, np.stack([frame.positions, frame.positions + 1.0]))

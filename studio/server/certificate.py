@@ -1,7 +1,7 @@
 """The studio's own certificate: signed by itself, for the names and addresses of this machine.
 
-It lies in the folder of the sessions. Browsers do not know it and say so once. It can sign nothing else: whoever
-trusts it trusts this studio alone.
+It lies in the folder of the sessions. Browsers do not know it and say so once. It can sign nothing else, so
+trusting it means trusting this studio alone.
 """
 
 import datetime
@@ -43,7 +43,7 @@ class OwnCertificate:
     until: datetime.datetime
 
     def problem(self, addresses: list[str], now: datetime.datetime) -> str:
-        """Return why other machines will not accept it now; empty if they can.
+        """Return why other machines will not accept it now; empty if they will.
 
         Args:
             addresses: under which other machines reach the studio.
@@ -130,7 +130,7 @@ def own_certificate(folder: Path) -> OwnCertificate | None:
     """Return the certificate that `make_certificate` wrote into a folder, or None.
 
     Raises:
-        StudioError: the file is none.
+        StudioError: the file is no certificate.
     """
     path = folder / CERTIFICATE
     if not (path.is_file() and (folder / KEY).is_file()):

@@ -29,13 +29,13 @@ class Config:
     Attributes:
         host: address to listen on; port: 0 takes a free one.
         sessions: folder of the takes.
-        recordings: folder whose recordings the page may open as cameras, beside the takes.
+        recordings: folder whose recordings the page may open as cameras, in addition to the takes.
         tls_cert, tls_key: PEM files; both or none.
         operator_token_file, camera_token_file: files with given tokens, such as secrets of a
             container; without them the server makes its own.
         discover: whether cameras that announce themselves by mDNS are listed: `on`, `off`, or `auto` (on at a
             loopback address alone, and then on this machine alone).
-        timecode, timecode_rate: what timecode is listened to where nothing was chosen on the page yet.
+        timecode, timecode_rate: source and rate of timecode until others are chosen on the page.
         log_format: `text` or `json` (a line per event); log_level: the lowest level that is logged.
     """
 

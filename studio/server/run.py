@@ -39,14 +39,14 @@ from studio.wire import MAX_MESSAGE_BYTES
 
 GRACE_S = 3
 _BEGUN_S = 10.0
-"""Cameras and the page of a studio that was just started have begun by then, also on two slow cores."""
+"""Time after which cameras and page have begun when the studio starts, also on two slow cores [s]."""
 _DISCOVER = {"auto": None, "on": True, "off": False}
 SWITCH_S = 0.001
 """Time slice of a thread in the interpreter; it is short, so that the engine thread does not delay the link."""
 
 
 class WebSocketProtocol(WebSocketsSansIOProtocol):
-    """uvicorn's, whose `shutdown` fails for a connection that its client is closing at that moment."""
+    """uvicorn's protocol, whose `shutdown` would fail for a connection that its client is closing at that moment."""
 
     def shutdown(self) -> None:
         """Close the connection."""

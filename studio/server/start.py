@@ -32,7 +32,7 @@ def serve(config: Config, *, demo: str | None = None, performers: int = 1) -> in
     try:
         if sources and config.host in LOOPBACK and config.tls_cert is None:  # no token, no certificate
             url, folder = url_of(config.host, listening), config.sessions / SPOOL
-            with suppress(OSError):  # of the folder, which the server tells
+            with suppress(OSError):  # an error of the folder, which the server reports
                 for name, source in sources.items():
                     running[name] = ClientProcess(
                         name, source, url=url, token="", folder=folder, certificate=None

@@ -59,7 +59,7 @@ def chosen_tls(config: Config, *, open_to_others: bool) -> Tls | None:
 
 
 def tls_lines(tls: Tls, address: str) -> list[str]:
-    """Return what a terminal says of the studio's own certificate; nothing of a given one.
+    """Return the lines of a terminal about the studio's own certificate; none for a given one.
 
     Args:
         tls: the certificate in use.

@@ -1,4 +1,4 @@
-"""The fingerprint of the studio's certificate, by which people know it again."""
+"""The fingerprint of the studio's certificate, by which people recognise it."""
 
 import hashlib
 import ssl

@@ -147,7 +147,7 @@ def cookie_key(headers: Headers) -> str:
 
 
 def _is_page(scope: Scope) -> bool:
-    """Whether a browser asks for a page."""
+    """Whether a browser requests a page."""
     accept = Headers(scope=scope).get("accept", "")
     return (
         scope["method"] in ("GET", "HEAD")

@@ -1,4 +1,4 @@
-"""Invitations: tokens for a QR code, each good once and for a short time. Only hashes are kept, in memory."""
+"""Invitations: tokens for a QR code, each valid once and for a short time. Only hashes are kept, in memory."""
 
 import hashlib
 import secrets
@@ -24,7 +24,7 @@ class Invitations:
         self._until: dict[str, float] = {}
 
     def make(self) -> str:
-        """Return a token that is good once within `INVITATION_S`."""
+        """Return a token that is valid once within `INVITATION_S`."""
         token = new_token()
         with self._lock:
             now = self._now_s()
@@ -38,18 +38,18 @@ class Invitations:
             return self._until.pop(hash_of(token), 0.0) > self._now_s()
 
     def clear(self) -> None:
-        """Take all invitations back."""
+        """Revoke all invitations."""
         with self._lock:
             self._until.clear()
 
 
 def new_token() -> str:
-    """Return a token of letters, digits, `_` and `-`. It begins with no `-`: commands take that for an option."""
+    """Return a token of letters, digits, `_` and `-`. It never begins with `-`, which marks an option."""
     while (token := secrets.token_urlsafe(_TOKEN_BYTES)).startswith("-"):
         pass
     return token
 
 
 def hash_of(token: str) -> str:
-    """Return what is kept of a token."""
+    """Return the hash of a token, which is all that is kept of it."""
     return hashlib.sha256(token.encode()).hexdigest()

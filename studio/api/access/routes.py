@@ -20,7 +20,7 @@ class SignIn(BaseModel):
 
 
 class NewCamera(BaseModel):
-    """For whom a camera's token is."""
+    """The label of a new camera's token."""
 
     model_config = ConfigDict(extra="forbid")
 

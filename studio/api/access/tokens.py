@@ -23,7 +23,7 @@ from studio.take.folder.take import utc_now
 
 FILE_NAME = "access.json"
 MAX_FAILURES, FAILURES_OVER_S = 10, 60.0
-"""Most wrong tokens of one address within this time; beyond it, the address must wait."""
+"""Maximum number of wrong tokens from an address within this time [s]; after more, the address must wait."""
 
 Role = Literal["operator", "viewer"]
 """Operators may do everything, viewers may only read."""
@@ -46,10 +46,10 @@ class Access:
 
     Attributes:
         required: whether tokens are required; False on a loopback address.
-        operator_token: with which operators sign in.
-        viewer_token: with which viewers sign in; empty before `renew_viewer`.
+        operator_token: signs operators in.
+        viewer_token: signs viewers in; empty before `renew_viewer`.
         own_camera_token: for the cameras that the server starts itself; never stored.
-        phone_invitations: what lets a phone make a camera's token for itself.
+        phone_invitations: each lets a phone make a camera's token for itself.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Access:
         Args:
             sessions: folder of the file.
             now_s: a monotonic clock [s].
-            operator_token: the first operator's token; a new one where empty.
+            operator_token: the first operator's token; empty = a new one.
             camera_token: a further token for cameras, managed elsewhere.
 
         Raises:
@@ -114,7 +114,7 @@ class Access:
             return len(self._recent(address)) < MAX_FAILURES
 
     def check_token(self, token: str, address: str) -> Role | None:
-        """Return the role of a token; a wrong one has none, and counts against the address."""
+        """Return the role of a token; None for a wrong one, which counts against the address."""
         role = self.role_of_token(token)
         if role is None:
             self.count_failure(address)
@@ -162,7 +162,7 @@ class Access:
         return self._failures.get(address, [])
 
     def add_camera(self, label: str, token: str = "") -> tuple[str, str]:
-        """Make a token for cameras, or take in the given one; return its id and the token, which is not stored.
+        """Make a token for cameras, or register the given one; return its id and the token, which is not stored.
 
         Raises:
             StudioError: the file cannot be written.
@@ -190,7 +190,7 @@ class Access:
             self._write(kept)
 
     def let_go(self, token: str) -> None:
-        """Refuse a camera's token from now on, also where none is required."""
+        """Refuse a camera's token from now on, even if no token is required."""
         with self._lock:
             self._let_go.add(hash_of(token))
 

@@ -32,7 +32,7 @@ class StartRequest(BaseModel):
 
 
 class PlayableRecording(BaseModel):
-    """A recording that can be played as cameras; without names if they are known only by playing it."""
+    """A recording that can be played as cameras; without names if only playing it shows them."""
 
     id: str
     cameras: list[str]
@@ -40,7 +40,7 @@ class PlayableRecording(BaseModel):
 
 
 class InviteRequest(BaseModel):
-    """For whom a camera's token is, if the studio requires tokens."""
+    """The label of a camera's token, if the studio requires tokens."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -63,12 +63,12 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
 
     @router.get("/local-cameras")
     def get_local_cameras() -> LocalCamerasStatus:
-        """The camera clients that run on the server's machine: what is `opened`, and how each camera does."""
+        """The camera clients that run on the server's machine: what is `opened`, and each camera's state."""
         return local.status()
 
     @router.post("/local-cameras", status_code=201)
     def open_cameras(request: StartRequest, http: Request) -> LocalCamerasStatus:
-        """Start the simulated stage or a recording's cameras here, in place of those that run."""
+        """Start the simulated stage or a recording's cameras here, in place of the running ones."""
         if request.simulated == (request.recording is not None):
             raise SettingsError("camera.simulated_or_recording", "give either simulated=true or a recording")
         if request.recording is None:

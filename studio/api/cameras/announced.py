@@ -1,6 +1,6 @@
 """Camera clients on other machines that wait for a studio (`studio camera --wait`): listed, and called by a click.
 
-They announce themselves by mDNS. What is announced is only shown; a camera comes when it was called with its code.
+They announce themselves by mDNS. Announcements are only shown; a camera connects once it was called with its code.
 """
 
 import hashlib
@@ -40,7 +40,7 @@ _LOOPBACK = "127.0.0.1"
 
 
 class AnnouncedCamera(Struct):
-    """A client that waits, at `address`, or that was called: `state` is `free`, `starting` or `connected`."""
+    """A client that waits at `address`, or was called; `state` is `free`, `starting` or `connected`."""
 
     id: str
     name: str
@@ -90,7 +90,7 @@ class Announced(ServiceListener):
         self._problem = ""
 
     def listen(self) -> None:
-        """Begin to listen, if that is on and was not begun."""
+        """Begin to listen, if listening is on and has not begun."""
         with self._lock:
             if not self._on or self._zeroconf is not None:
                 return
@@ -130,19 +130,19 @@ class Announced(ServiceListener):
         self.add_service(zc, type_, name)
 
     def remove_service(self, zc: Zeroconf, type_: str, name: str) -> None:
-        """Forget an announcement that was taken back or has run out."""
+        """Forget an announcement that was withdrawn or has expired."""
         with self._lock:
             self._waiting.pop(name, None)
 
     def _reached(self, address: str) -> bool:
-        """Whether an announced address may be called: of an announcement of others, not the studio's own machine."""
+        """Whether an announced address may be called; loopback ones only if the studio requires no tokens."""
         ip = ipaddress.ip_address(address)
         if ip.version != 4 or ip.is_multicast or ip.is_unspecified or ip.is_reserved:
             return False
         return not (ip.is_loopback and self._access.required)
 
     def status(self) -> AnnouncedList:
-        """Return the clients that wait or were called, by their names."""
+        """Return the clients that wait or were called, sorted by name."""
         with self._lock:
             connected = {name for name, one in self._stage.status().cameras.items() if one.connected}
             here = [self._status(one.waiting, connected) for one in self._called.values()]
@@ -167,11 +167,11 @@ class Announced(ServiceListener):
         return AnnouncedCamera(one.id, one.name, one.kind, one.address, state)
 
     def call(self, camera_id: str, code: str, server: str) -> None:
-        """Have a client come to this studio; waits for its answer.
+        """Make a client connect to this studio; waits for its answer.
 
         Args:
             camera_id: of the list.
-            code: that the client shows.
+            code: shown by the client.
             server: the studio's address, as the client reaches it.
 
         Raises:
@@ -207,7 +207,7 @@ class Announced(ServiceListener):
             lines = link.makefile("rb")
             said = read_line(lines.readline(MAX_LINE + 1))
             pairing = Pairing.of(code, text_in(said, "nonce"), nonce, server)
-            if self._access.required:  # before the client hears of it, and comes at once
+            if self._access.required:  # before the client learns it, and connects at once
                 token_id, _ = self._access.add_camera(waiting.name, pairing.token)
             try:
                 link.sendall(line_of(nonce=nonce, server=server, proof=pairing.proof("studio")))
@@ -228,7 +228,7 @@ class Announced(ServiceListener):
         """End the link of a client that was called; it waits again.
 
         Raises:
-            NotFoundError: none such was called.
+            NotFoundError: no such client was called.
         """
         with self._lock:
             called = self._called.pop(camera_id, None)

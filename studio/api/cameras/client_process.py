@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # the simulated stage's clients are started before the server
     from studio.live import LiveStage
 
 SPOOL = ".spool"
-"""Folder, among the sessions, of what clients keep and say."""
+"""Folder in the sessions for the clients' spools and messages."""
 
 STOP_S = 3.0
 PROBLEM_BYTES = 2000
@@ -30,7 +30,7 @@ class ClientProcess:
         source: argument of `--source`.
         url: the server's, as programs on its own machine reach it.
         token: for cameras, if the studio requires one.
-        folder: of spools and of what clients say.
+        folder: for spools and the clients' messages.
         certificate: the server's own, if it has one.
     """
 
@@ -63,7 +63,7 @@ class ClientProcess:
         return self._process.poll()
 
     def last_words(self) -> str:
-        """The last line of what it said, with its code if it has one."""
+        """The last line that it wrote, with its code if it has one."""
         try:
             text = self._log.read_bytes()[-PROBLEM_BYTES:].decode("utf-8", "replace")
         except OSError:
@@ -86,10 +86,10 @@ class ClientProcess:
 
 
 def refuse_taken(stage: "LiveStage", names: Iterable[str], others: Iterable[str] = ()) -> None:
-    """Refuse names of cameras that are connected, and of `others`, which are about to be.
+    """Refuse the names of connected cameras, and of `others`, which are about to connect.
 
     Raises:
-        StudioError: another camera of such a name is connected.
+        StudioError: a camera with one of the names is connected.
     """
     connected = {name for name, camera in stage.status().cameras.items() if camera.connected}
     taken = sorted((connected | set(others)) & set(names))
@@ -102,7 +102,7 @@ def refuse_taken(stage: "LiveStage", names: Iterable[str], others: Iterable[str]
 
 
 def words_of(line: str) -> str:
-    """Return what a client wrote at last, with its code if it has one; without the command's name."""
+    """Return a client's line without the command's name, with its code if it has one."""
     text = line.removeprefix(_SPEAKER)
     try:
         return Said.from_json(json.loads(text))

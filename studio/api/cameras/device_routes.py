@@ -44,7 +44,7 @@ def devices_router(devices: Devices, announced: Announced) -> APIRouter:
 
     @router.post("/search", status_code=202)
     def search() -> DeviceList:
-        """Begin to look for devices, without opening any; `GET` says what was found so far."""
+        """Begin to look for devices, without opening any; `GET` lists those found so far."""
         announced.listen()
         return devices.search()
 
@@ -77,13 +77,13 @@ def devices_router(devices: Devices, announced: Announced) -> APIRouter:
 
     @router.post("/announced/{camera}/connect", status_code=201)
     def call(camera: str, request: CallRequest, http: Request) -> AnnouncedList:
-        """Have a waiting client come, by the code that its terminal shows; it gets a token of its own."""
+        """Connect a waiting client by the code that its terminal shows; it gets its own token."""
         announced.call(camera, request.code, address_for_others(http).url)
         return announced.status()
 
     @router.post("/announced/{camera}/disconnect")
     def let_go(camera: str) -> AnnouncedList:
-        """Let a client go that was connected by a click; it waits again, with another code."""
+        """Disconnect a client that was connected by a click; it waits again, with another code."""
         announced.let_go(camera)
         return announced.status()
 

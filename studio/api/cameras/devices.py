@@ -1,7 +1,7 @@
 """Devices that are plugged into the server's machine: found, pictured, connected as cameras by a click.
 
-A connected device is a camera client in a process of its own. One that ends is not started again: the operator is
-told why, and connects it once that is mended. A device that is unplugged is opened again by its client.
+A connected device is a camera client in a process of its own. A client that ends is not restarted: its status gives
+the reason, and the operator connects it again once that is mended. A client reopens a device that was unplugged.
 """
 
 import hashlib
@@ -31,7 +31,7 @@ State = Literal["free", "lacks", "starting", "connected", "in_use", "ended"]
 class DeviceStatus(Struct):
     """A device of the server's machine.
 
-    `source` is what `studio camera --source` takes. `state`: `free`; `lacks` something, which `needs` says;
+    `source` is what `studio camera --source` takes. `state`: `free`; `lacks` something, named in `needs`;
     `starting`, `connected` as `camera`; `in_use` by the camera `camera`, whose client was started otherwise; `ended`
     for the reason `problem`. `pictures` counts its pictures, `picture_problem` says why there is none.
     """
@@ -110,7 +110,7 @@ class Devices:
         self._closed = False
 
     def search(self) -> DeviceList:
-        """Begin to look for devices, unless a search is under way; return what is known."""
+        """Begin to look for devices, unless a search is under way; return those found so far."""
         with self._lock:
             if self._search is None and not self._closed:
                 self._search = Search()
@@ -123,13 +123,13 @@ class Devices:
     def _look(self, search: Search) -> None:
         try:
             search.run(self._take_in)
-        except Exception:  # boundary of the thread; what was found stays
+        except Exception:  # boundary of the thread; devices found so far stay
             _log.exception("the search for devices failed")
         with self._lock:
             self._search = None
 
     def _take_in(self, kind: FoundKind) -> None:
-        """Take in what was found of a kind; devices that are gone and not connected leave the list."""
+        """Register the devices found of a kind; missing ones that are not connected leave the list."""
         here = {_id_of(kind.kind, one): one for one in kind.devices}
         with self._lock:
             self._unknown.pop(kind.kind, None)
@@ -185,7 +185,7 @@ class Devices:
 
     @staticmethod
     def _settle(device: _Device) -> None:
-        """Take in that a device's client has ended."""
+        """Register that a device's client has ended."""
         client = device.client
         if client is not None and not client.is_running:
             device.client = None
@@ -207,8 +207,8 @@ class Devices:
         Raises:
             NotFoundError: no such device.
             NotAvailableError: it lacks something.
-            SettingsError: a name that no camera may have.
-            StudioError: another camera has the name, or the device is another camera's.
+            SettingsError: a name that is not allowed.
+            StudioError: another camera has the name or the device.
         """
         with self._lock:
             device = self._find(device_id)
@@ -253,7 +253,7 @@ class Devices:
             return self._status(device, self._stage.serials_of(machine_id()))
 
     def take_picture(self, device_id: str) -> DeviceStatus:
-        """Open a device that is free for one picture; waits. Where there is none, the status says why.
+        """Open a free device for one picture; waits. If that fails, the status says why.
 
         Raises:
             NotFoundError: no such device.
@@ -299,7 +299,7 @@ class Devices:
         return picture
 
     def end(self) -> None:
-        """Ask the clients to end, break a search and pictures off; does not wait."""
+        """Ask the clients to end, abort a search and pictures; does not wait."""
         self._closed = True
         if (search := self._search) is not None:
             search.end()

@@ -1,4 +1,4 @@
-"""Whether phones keep video: asked for by the operator for all of them, and heard by phones from time to time."""
+"""Whether phones keep video: the operator decides for all of them, and phones request it from time to time."""
 
 from fastapi import APIRouter, Depends
 from pydantic import BaseModel, ConfigDict, Field
@@ -21,13 +21,13 @@ class KeepVideo(BaseModel):
 
 
 def keep_video_router(access: Access) -> APIRouter:
-    """Return the routes; what is asked for holds until the server ends."""
+    """Return the routes; the choice holds until the server ends."""
     router = APIRouter(tags=["cameras"], responses=RESPONSES)
     asked = KeepVideo(keep=False)
 
     @router.get(VIDEO_PATH, dependencies=[Depends(camera_check(access))])
     def hear_keep_video() -> KeepVideo:
-        """What phones hear; they ask with a camera's token where cameras need one."""
+        """Whether phones keep video, for phones; they need a camera's token where cameras need one."""
         return asked
 
     @router.get(f"{PHONE_API}/video")
@@ -37,7 +37,7 @@ def keep_video_router(access: Access) -> APIRouter:
 
     @router.put(f"{PHONE_API}/video")
     def put_keep_video(body: KeepVideo) -> KeepVideo:
-        """Let all phones keep video, or leave it to each."""
+        """Let all phones keep video, or let each phone decide."""
         asked.keep = body.keep
         return asked
 

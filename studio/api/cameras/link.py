@@ -86,7 +86,7 @@ async def _receive(websocket: WebSocket) -> bytes:
 
 def _check_token(access: Access, hello: wire.Hello) -> None:
     """Raise CameraRefused if the studio requires a token, and the camera's is not (or no longer) valid, or if the
-    camera was let go."""
+    camera was released."""
     if access.is_let_go(hello.token):
         raise CameraRefused("token", say("camera.let_go", "the studio has let the camera go"))
     if access.required and access.camera_token_id(hello.token) is None:

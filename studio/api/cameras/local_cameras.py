@@ -100,7 +100,7 @@ class LocalCameras:
             running: clients of these sources that were started before, by the camera's name.
 
         Raises:
-            StudioError: another camera of such a name is connected.
+            StudioError: another camera with one of the names is connected.
         """
         with self._lock:
             refuse_taken(self._stage, sources.keys() - self._clients.keys())
@@ -115,7 +115,7 @@ class LocalCameras:
                 self._thread.start()
 
     def status(self) -> LocalCamerasStatus:
-        """Return what runs."""
+        """Return what is open, and the state of its clients."""
         with self._lock:
             cameras = {
                 name: LocalClientStatus(

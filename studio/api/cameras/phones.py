@@ -57,7 +57,7 @@ def phones_router(access: Access, stage: LiveStage, certificate: Path | None) ->
 
     Args:
         access: access control.
-        stage: whose cameras have names already.
+        stage: has the cameras whose names are taken.
         certificate: of the server; None = it has none.
     """
     router = APIRouter(tags=["cameras"], responses=RESPONSES)

@@ -17,10 +17,10 @@ from studio.take.library.sessions import take_ids, take_info
 TAKES = "takes"
 FOLDER = "recordings"
 DEPTH = 3
-"""Searched levels of folders below a place."""
+"""Number of folder levels that are searched below a place."""
 
 MOST = 300
-"""Most recordings in the list."""
+"""Maximum number of recordings in the list."""
 
 MOST_LOOKED_AT = 5000
 _MARKS = "#?"
@@ -29,8 +29,7 @@ _MARKS = "#?"
 
 @dataclass(frozen=True)
 class FoundRecording:
-    """A recording: its id, its folder or file, and its cameras; without names if they are known only by playing
-    it."""
+    """A recording: its id, its folder or file, and its cameras; without names if only playing it shows them."""
 
     id: str
     path: Path

@@ -15,7 +15,7 @@ def simulated_sources(cameras: str = "skeletons", performers: int = 1) -> dict[s
 
     Args:
         cameras: a kind of `DEMO_CAMERAS`.
-        performers: how many are on the stage; several are seen by one more camera, of skeletons.
+        performers: their number on the stage; for several there is one more camera, of skeletons.
     """
     source, count = DEMO_CAMERAS[cameras]
     several = ""

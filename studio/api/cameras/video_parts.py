@@ -47,7 +47,7 @@ class VideoPartAnswer(Struct):
 
 
 def camera_check(access: Access) -> Callable[[str], None]:
-    """Return what refuses a request without a camera's token, where cameras need one."""
+    """Return a check that refuses a request without a camera's token, where cameras need one."""
 
     def check(authorization: Annotated[str, Header()] = "") -> None:
         token = authorization.removeprefix(_BEARER) if authorization.startswith(_BEARER) else ""
@@ -58,7 +58,7 @@ def camera_check(access: Access) -> Callable[[str], None]:
 
 
 def video_parts_router(access: Access, videos: LateVideos) -> APIRouter:
-    """Return the routes; they ask for a camera's token where cameras need one."""
+    """Return the routes; they require a camera's token where cameras need one."""
     router = APIRouter(
         tags=["cameras"],
         responses=RESPONSES,

@@ -50,8 +50,8 @@ def shares_router(finder: Finder, shares: Shares) -> APIRouter:
 
     @router.post("/api/v1/takes/{session}/{take}/solves/{solve}/share", status_code=201)
     def add_share(session: str, take: str, solve: str, request: ShareRequest | None = None) -> ListedShare:
-        """Make a replay of a solve as one HTML file, and a link to it; answers the link. An earlier link to the same
-        replay is answered again.
+        """Make a replay of a solve as one HTML file, and a link to it; answers the link. It is the earlier link if
+        there is one to the same replay.
         """
         request = request or ShareRequest()
         opened = finder.take(session, take)

@@ -21,7 +21,7 @@ from studio.review.blind.model import BlindTest
 
 API_PREFIX = "/api/v1/vote"
 MAX_PER_10_S = 60
-"""Most requests of one voter, or of one address before joining, in ten seconds, without animations."""
+"""Maximum requests in ten seconds of a voter, or of an address before joining; animations do not count."""
 
 VoterKey = Annotated[
     str, Header(alias="X-Voter", description="the secret that joining answered", max_length=64)

@@ -21,9 +21,9 @@ EVENTS_PATH = "/api/v1/events"
 
 
 class StatusEvent(Struct, tag="status"):
-    """What every page hears four times a second: status, jobs, and how many thumbnails were made.
+    """Message to every page, four times a second: status, jobs, and the number of thumbnails made.
 
-    `takes` is another text once takes came, went or were renamed, `edits` once those of the replayed take changed.
+    The text `takes` changes when takes are added, removed or renamed, `edits` with the edits of the replayed take.
     `replay`, `edits` and `view` are left out where the server shows no view.
     """
 
@@ -40,7 +40,7 @@ class StatusEvent(Struct, tag="status"):
 
 
 def events_router(stage: LiveStage, jobs: Jobs, parts: dict[str, Callable[[], Any]]) -> APIRouter:
-    """Return the route of the events; `parts` make the fields of `StatusEvent` that are of other rooms."""
+    """Return the route of the events; `parts` make the fields of `StatusEvent` that belong to other rooms."""
     router = APIRouter()
 
     @router.websocket(EVENTS_PATH)

@@ -30,13 +30,13 @@ class PerformerRequest(Request):
 
 
 class ForgetRequest(Request):
-    """Whom to forget; all but the first where left out."""
+    """The performer to forget; all but the first if left out."""
 
     performer: str | None = None
 
 
 class RenameRequest(PerformerRequest):
-    """A performer's new name; two on the stage may not have one name."""
+    """A performer's new name; no two on the stage may have the same."""
 
     name: str = Field(examples=["Ada"])
 
@@ -67,27 +67,27 @@ def performers_router(stage: LiveStage) -> APIRouter:
 
     @router.post("/performers/forget")
     def forget(request: ForgetRequest | None = None) -> list[PerformerStatus]:
-        """Forget a performer, or all but the first: they are strangers again, who hold a T-pose to come back."""
+        """Forget a performer, or all but the first. They are strangers again and return by holding a T-pose."""
         stage.forget_performers((request or ForgetRequest()).performer)
         return stage.status().performers
 
     @router.post("/performers/rename")
     def rename(request: RenameRequest) -> list[PerformerStatus]:
-        """Call a performer on the stage by another name, also within a recording."""
+        """Rename a performer on the stage, also within a recording."""
         stage.rename_performer(request.performer, request.name)
         return stage.status().performers
 
     @router.post("/performers/exchange")
     def exchange(request: ExchangeRequest) -> list[PerformerStatus]:
-        """Let two performers on the stage each be whom the other was taken for, from now on, also within a recording;
-        the same request takes it back."""
+        """Exchange the identities of two performers on the stage from now on, also within a recording; the same
+        request undoes it."""
         stage.exchange_performers(request.first, request.second)
         return stage.status().performers
 
     @router.post("/performers/keep")
     def keep(request: PerformerRequest) -> ProfileJson:
         """Store the proportions of a performer on the stage as the profile of their name; an older one is
-        replaced. Whoever is measured later and has these bones gets the name."""
+        replaced. A performer who is measured later and has these bones gets the name."""
         stage.keep_profile(request.performer)
         return load_profile(stage.sessions, request.performer).to_json()
 

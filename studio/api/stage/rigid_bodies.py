@@ -1,4 +1,4 @@
-"""Routes of the rigid bodies that come in."""
+"""Routes of incoming rigid bodies."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -23,7 +23,7 @@ from studio.take.rigid_bodies.kept import KNOWN_FILE, take_bodies
 
 
 class RigidBodiesRequest(Request):
-    """Changes of what is listened to; what is left out stays."""
+    """Changes of the settings of incoming rigid bodies; fields that are left out stay."""
 
     osc: bool | None = Field(None, description="hear trackers over OSC: VMC's and VRChat's")
     natnet: bool | None = Field(None, description="hear NatNet (OptiTrack)")
@@ -52,7 +52,7 @@ class RigidBodiesRequest(Request):
 
 
 class RigidBodiesShown(Struct):
-    """The settings, what came, and the takes, session/name, that `like_take` may name: those that were measured."""
+    """The settings, what was received, and the measured takes, session/name, that `like_take` may name."""
 
     settings: RigidSettings
     status: RigidStatus
@@ -69,12 +69,12 @@ def rigid_bodies_router(stage: LiveStage, sessions: Path, take_of: Callable[[str
 
     @router.get("/rigid-bodies")
     def get_rigid_bodies() -> RigidBodiesShown:
-        """Which systems of rigid bodies are listened to, and what came."""
+        """The systems of rigid bodies that are listened to, and what was received."""
         return shown()
 
     @router.patch("/rigid-bodies")
     def change_rigid_bodies(request: RigidBodiesRequest) -> RigidBodiesShown:
-        """Listen to systems of rigid bodies, or say what the bodies are; at once, and also after a restart."""
+        """Listen to systems of rigid bodies, or describe the bodies; at once, and also after a restart."""
         changes = request.model_dump(exclude_none=True, exclude={"like_take"})
         value = {
             **msgspec.to_builtins(stage.bodies.settings),
@@ -94,8 +94,7 @@ def rigid_bodies_router(stage: LiveStage, sessions: Path, take_of: Callable[[str
 
 
 def _measured_takes(sessions: Path) -> list[str]:
-    """Return the ids of the takes in which it was measured how bodies sit on joints; without those that cannot be
-    read."""
+    """Return the ids of the takes in which bodies were measured on joints; unreadable takes are left out."""
     found = []
     for take_id in take_ids(sessions):
         if (sessions / take_id / KNOWN_FILE).is_file():

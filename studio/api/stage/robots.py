@@ -14,7 +14,7 @@ from studio.worker import run_in_process
 
 
 class RobotRequest(Request):
-    """Corrections of a robot; what is left out stays."""
+    """Corrections of a robot; fields that are left out stay."""
 
     parts: dict[str, str] = Field(
         default_factory=dict,

@@ -1,4 +1,4 @@
-"""What the 3D view shows, as its routes and the events tell it; the view itself is a room above."""
+"""What the 3D view shows, as its routes and the events report it; the view itself is a room above."""
 
 from typing import Any
 
@@ -6,23 +6,23 @@ from msgspec import UNSET, Struct, UnsetType
 
 
 class Layer(Struct):
-    """A layer of the view: what people call it, and whether it is shown."""
+    """A layer of the view: its label, and whether it is shown."""
 
     label: str
     shown: bool
 
 
 class PointCamera(Struct):
-    """A camera with depth: whether its points are shown, and if they should be and are not, why: `no_place` (the
-    calibration does not know the camera), `no_image` (none of this instant), `damaged`."""
+    """A camera with depth: whether its points are shown; if they should be but are not, the reason: `no_place` (the
+    calibration lacks the camera), `no_image` (none at this instant), `damaged`."""
 
     shown: bool
     says: str
 
 
 class Points(Struct):
-    """What is shown of points: the colour and those to choose from, the cameras with depth; `problem`: `reading` or
-    `unreadable`, of the whole take. Nothing is known of cameras while points are not shown."""
+    """Points in the view: the colour in use and the available ones, the cameras with depth; `problem` of the whole
+    take: `reading` or `unreadable`. Cameras are unknown while points are not shown."""
 
     colour: str
     colours: list[str]
@@ -31,9 +31,8 @@ class Points(Struct):
 
 
 class StrainedRobotJoint(Struct):
-    """A joint of the replayed robot that is asked for more torque than its limit: by whose motion (number of the
-    performer), in which share of frames, at most how many times the limit, and when, since the performance began
-    [s]."""
+    """A joint of the replayed robot that needs more torque than its limit: number of the performer, share of frames,
+    the largest torque as a multiple of the limit, and its time since the performance began [s]."""
 
     performer: int
     joint: str
@@ -43,9 +42,8 @@ class StrainedRobotJoint(Struct):
 
 
 class RobotGaveWay(Struct):
-    """A time in which the replayed robot gave way in pose for its torques: by whose motion (number of the performer),
-    from when to when, since the performance began [s], how far a key point is at most from where it would be [m],
-    and which."""
+    """A time in which the replayed robot left its pose to stay within torque limits: number of the performer, begin
+    and end since the performance began [s], the largest deviation of a key point [m], and the name of that point."""
 
     performer: int
     begin_s: float
@@ -56,9 +54,9 @@ class RobotGaveWay(Struct):
 
 class ViewState(Struct):
     """What the 3D view shows in all browsers: layers by name, a colour (`#rrggbb`) per camera, joints with trails,
-    points; `robots`: the kept ones, `robot`: the one as which everybody is drawn, "" = a mannequin;
-    `robot_strained`: joints of which its motion for the replayed solve asks too much; `robot_gave_way`: when that
-    motion gave way; `performer_colours`: of several performers, by number from 1, repeated where there are more."""
+    points; `robots`: the kept ones; `robot`: the one as which everybody is drawn, "" = a mannequin;
+    `robot_strained`: its joints with too much torque in the replayed solve; `robot_gave_way`: when its motion gave
+    way; `performer_colours`: of several performers, by number from 1, repeated where there are more."""
 
     layers: dict[str, Layer]
     colours: dict[str, str]
@@ -90,12 +88,12 @@ class ReplayedPerformer(Struct):
 
 
 class ReplayStatus(Struct):
-    """Where the replay is; nothing but `open` while the live stage is shown.
+    """State of the replay; only `open` while the live stage is shown.
 
     Where there are several `performers`, `performer` is the one of the curves and the edit list.
     Frames count from 0. `begins_s` is stage time, `time_s` the time since the performance began [s]; the second
     figure is `ghost_offset_ms` ahead and stands `ghost_apart_m` to the side. `holds` says what a take without a solve
-    holds. `of_s` is the length of the whole of a solve that is still being made [s].
+    holds. `of_s` is the final length of a solve that is still being made [s].
     """
 
     open: bool

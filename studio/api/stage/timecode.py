@@ -1,4 +1,4 @@
-"""Routes of the timecode that comes in."""
+"""Routes of incoming timecode."""
 
 from pathlib import Path
 

@@ -19,11 +19,11 @@ from studio.triggers.tellers import TriggerNews
 from studio.triggers.triggers import Triggers, TriggersStatus
 
 _HIDDEN = "********"
-"""Stands for the token where settings are shown, and keeps it where they are changed."""
+"""Placeholder of the token in shown settings; in a change it means that the token stays."""
 
 
 class TriggerRequest(Request):
-    """Changes of the triggers; what is left out stays."""
+    """Changes of the triggers; fields that are left out stay."""
 
     xml: bool | None = Field(None, description="hear CaptureStart and CaptureStop over UDP")
     osc: bool | None = Field(None, description="hear /record/start, /record/stop and /record/state over UDP")
@@ -41,7 +41,7 @@ class TriggerRequest(Request):
 
 
 class TriggersShown(Struct):
-    """The settings, with asterisks for a token, and what each trigger heard and told."""
+    """The settings, with asterisks for a token, and what each trigger received and sent."""
 
     settings: TriggerSettings
     status: TriggersStatus
@@ -58,7 +58,7 @@ class StageTriggered:
         return self._stage.recording_name()
 
     def start_trigger(self, session: str | None, take: str | None, notes: str) -> str:
-        """Start a take and return its name; a name that is taken gets a number behind it.
+        """Start a take and return its name; a number is appended to a name that is taken.
 
         Raises:
             StudioError: as `LiveStage.start_recording`.
@@ -82,14 +82,14 @@ class StageTriggered:
 
 
 class _Solves:
-    """Tells of each solve that is done, once."""
+    """Reports each finished solve once."""
 
     def __init__(self, jobs: Jobs, triggers: Triggers) -> None:
         self._jobs, self._triggers = jobs, triggers
         self._told: set[str] = set()
 
     def look(self) -> None:
-        """Tell of the solves that are done since the last look."""
+        """Report the solves that finished since the last look."""
         done = [job for job in self._jobs.list() if job.kind == "solve" and job.state == "done"]
         for job in done:
             if job.id not in self._told:
@@ -99,7 +99,7 @@ class _Solves:
 
 
 def make_triggers(stage: LiveStage, sessions: Path, jobs: Jobs) -> Triggers:
-    """Return the triggers of a stage; they hear of its recordings and of solves."""
+    """Return the triggers of a stage; its recordings and solves are reported to them."""
 
     def timecode() -> str:
         return stage.timecode.status().timecode
@@ -129,7 +129,7 @@ def triggers_router(triggers: Triggers) -> APIRouter:
 
     @router.get("/triggers")
     def get_triggers() -> TriggersShown:
-        """Which triggers are on, and what each heard and told last."""
+        """Which triggers are on, and what each received and sent last."""
         return shown()
 
     @router.patch("/triggers")

@@ -1,4 +1,4 @@
-"""Routes of a recorded take's rigid bodies: what each is, and how those on joints sit there."""
+"""Routes of a recorded take's rigid bodies: what each is, and how it sits on its joint."""
 
 from typing import Literal
 
@@ -18,7 +18,7 @@ from studio.worker import run_in_process
 
 
 class BodyRequest(Body):
-    """What a rigid body is; all of it."""
+    """The whole description of a rigid body."""
 
     name: str = Field(max_length=64, examples=["Wand"])
     use: Literal["", "prop", "evidence", "reference"] = Field(default="prop", description='"": only shown')
@@ -37,8 +37,8 @@ class MeasureBodiesRequest(Body):
 
 
 class BodyOfTake(Struct):
-    """A rigid body: how often it was seen, what was said of it (null: nothing), and the median distance between its
-    joint and where it puts it [mm] (null: not measured)."""
+    """A rigid body: its number of readings, what is known of it (null: nothing), and the median distance between its
+    joint and the joint's place by the body [mm] (null: not measured)."""
 
     name: str
     readings: int
@@ -47,8 +47,8 @@ class BodyOfTake(Struct):
 
 
 class BodiesOfTake(Struct):
-    """A take's rigid bodies; `outdated`: measured under another calibration than the one in use, so that none is
-    evidence until they are measured again."""
+    """A take's rigid bodies; `outdated`: measured under another calibration than the one in use; none is evidence
+    until they are measured again."""
 
     bodies: list[BodyOfTake]
     outdated: bool
@@ -65,7 +65,7 @@ def bodies_router(finder: Finder) -> APIRouter:
 
     @router.put("/takes/{session}/{take}/rigid-bodies")
     def change_body(session: str, take: str, request: BodyRequest) -> BodiesOfTake:
-        """Say what a rigid body is; solves and exports that are made from now on know it."""
+        """Say what a rigid body is, or forget it without a use; later solves and exports follow."""
         opened = finder.take(session, take)
         if not request.use:
             forget_body(opened, request.name)

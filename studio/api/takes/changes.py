@@ -1,4 +1,4 @@
-"""Whether takes came or went: also those that another program put into the folder of the sessions."""
+"""Detection of added and removed takes, also of those that another program put into the folder of the sessions."""
 
 import os
 import time
@@ -8,11 +8,11 @@ from pathlib import Path
 from studio.take.folder.names import is_safe_name
 
 LOOK_S = 0.5
-"""The folders are looked at so often at most."""
+"""Minimum interval between looks at the folders [s]."""
 
 
 class Changes:
-    """Looks at the folders of the sessions."""
+    """Watches the folders of the sessions."""
 
     def __init__(self, sessions: Path) -> None:
         self._sessions = sessions
@@ -20,8 +20,8 @@ class Changes:
         self._looked_s = -LOOK_S
 
     def stamp(self) -> str:
-        """Return a text that is another once takes came, went or were renamed; folders that came without a take
-        change it too."""
+        """Return a text that changes when takes are added, removed or renamed; new folders without a take change it
+        too."""
         now_s = time.monotonic()
         if now_s - self._looked_s >= LOOK_S:
             self._looked_s, self._stamp = now_s, self._look()
@@ -36,5 +36,5 @@ class Changes:
                     if is_safe_name(one.name) and one.is_dir()
                 )
         except OSError:
-            return self._stamp  # a folder that goes meanwhile is seen the next time
+            return self._stamp  # a folder that disappears meanwhile is noticed next time
         return blake2b(repr(folders).encode(), digest_size=8).hexdigest()

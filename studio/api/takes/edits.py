@@ -59,7 +59,7 @@ class EditsOfTake(Struct):
     Attributes:
         revision: rises by one with every change, undo and redo.
         calibration: number of the calibration under which places and directions hold.
-        says: that they were carried to another calibration; "" = they were not.
+        says: a note that they were carried to another calibration; "" = they were not.
     """
 
     revision: int
@@ -71,10 +71,10 @@ class EditsOfTake(Struct):
 
 
 class OfferedEdits(Struct):
-    """A clean-up event, what caused it, and edits of which each would mend it.
+    """A clean-up event, its cause, and alternative edits that would mend it.
 
     Attributes:
-        camera: whose joint is furthest off the body's course; null = no camera's.
+        camera: the one whose joint is furthest from the body's course; null = none.
         joint: the canonical joint; off_mm: how far it is off.
         why: the cause, one line.
         edits: the likeliest first.
@@ -95,13 +95,13 @@ class OffersOfSolve(Struct):
 
 
 class EditsStamp:
-    """Tells whether the edits of a take changed, whoever did it."""
+    """Detects changes of the edits of a take, whoever made them."""
 
     def __init__(self, sessions: Path) -> None:
         self._sessions = sessions
 
     def of(self, take: str) -> str:
-        """Return a text that is another once the edits of a take, session/name, have changed; "" = it has none."""
+        """Return a text that changes with the edits of a take, session/name; "" = it has none."""
         session, _, name = take.partition("/")
         try:
             state = (self._sessions / session / name / EDITS_FILE).stat()
@@ -113,11 +113,11 @@ class EditsStamp:
 _LOOKED_AT = "the solve that is replayed; it has settings"
 
 _Look = Callable[[], JobStatus | None]
-"""Begins the preview that is asked for with a change."""
+"""Begins the preview that was requested with a change."""
 
 
 class PreviewRequest(Body):
-    """Which solve is looked at."""
+    """The solve that is replayed."""
 
     solve: str = Field(description=_LOOKED_AT, examples=["studio"])
 
@@ -132,7 +132,7 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
     )
 
     def looking(http: Request, session: str, take: str, solve: str) -> Callable[[], JobStatus]:
-        """Return what begins a preview around the playhead as it is now; raises the errors that it may have."""
+        """Return a function that begins a preview around the present playhead; its errors are raised now."""
         opened, id_ = finder.take(session, take), f"{session}/{take}"
         finder.solve(opened, solve)
         settings = settings_of(opened, solve)
@@ -158,7 +158,7 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
             Query(description=f"{_LOOKED_AT}: begin its preview after the change, as POST preview does"),
         ] = None,
     ) -> _Look:
-        """Return what begins the preview that is asked for; nothing where none is."""
+        """Return a function that begins the requested preview; it does nothing if none is requested."""
         return (lambda: None) if look is None else looking(http, session, take, look)
 
     after = Depends(look_after)
@@ -181,7 +181,7 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.post("", status_code=201)
     def add(session: str, take: str, request: EditRequest, look: _Look = after) -> EditsOfTake:
-        """Add an edit; it is the last one of the answer. One of its `id` is replaced."""
+        """Add an edit; it is the last one of the answer. An edit with the same `id` is replaced."""
         opened = finder.take(session, take)
         edit = edit_from_json({"id": "", **request.edit})
         return _changed(change_edits(opened, [edit], revision=request.revision), look)
@@ -190,7 +190,7 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
     def undo(
         session: str, take: str, request: HistoryRequest | None = None, look: _Look = after
     ) -> EditsOfTake:
-        """Take the last change back, whoever made it; refused where the list is another one than `revision`."""
+        """Undo the last change, whoever made it; refused if the list's revision is not `revision`."""
         opened = finder.take(session, take)
         return _changed(undo_edits(opened, revision=request.revision if request else None), look)
 
@@ -198,20 +198,20 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
     def redo(
         session: str, take: str, request: HistoryRequest | None = None, look: _Look = after
     ) -> EditsOfTake:
-        """Make the change that was taken back last again; refused where the list is another one than `revision`."""
+        """Redo the change that was last undone; refused if the list's revision is not `revision`."""
         opened = finder.take(session, take)
         return _changed(redo_edits(opened, revision=request.revision if request else None), look)
 
     @router.post("/preview", status_code=202)
     def preview(session: str, take: str, request: PreviewRequest, http: Request) -> JobStatus:
-        """Solve what is around the playhead with the take's edits, and show it there until the solve is made again;
-        nothing is kept. Answers the job."""
+        """Solve the time around the playhead with the take's edits, and show it there until the solve is made again;
+        nothing is stored. Answers the job."""
         return looking(http, session, take, request.solve)()
 
     @router.put("/preview", status_code=204)
     def read_ahead(session: str, take: str, request: PreviewRequest, http: Request) -> None:
-        """Read what a preview of the replayed performer needs, as a joint begins to be dragged: the next preview is
-        sooner there."""
+        """Read what a preview of the replayed performer needs, when dragging of a joint begins; the next preview is
+        then faster."""
         opened = finder.take(session, take)
         finder.solve(opened, request.solve)
         player: Replayer = http.app.state.player
@@ -272,7 +272,7 @@ def _known(take: Take, edit: str) -> Edit:
 
 
 def _changed(kept: TakeEdits, look: _Look) -> EditsOfTake:
-    """Answer a change that was made; begin the look at it that was asked for."""
+    """Return the edits after a change; begin the requested preview."""
     look()
     return _answer(kept)
 

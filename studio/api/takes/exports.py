@@ -88,7 +88,7 @@ class PropExportRequest(SolveOfTake, KeyOptions):
 
 
 class OtherExports(Struct):
-    """What else a take's solves are exported as: kept robots that follow them, and rigid bodies of the take."""
+    """Other exports of a take's solves: kept robots that follow them, and rigid bodies of the take."""
 
     robots: list[str]
     props: list[str]
@@ -147,7 +147,7 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         return request.of(take, one.solve, rig)
 
     def making(job: Job, out: Path) -> JobStatus:
-        """Keep the file that a job makes; return how the job goes."""
+        """Keep the file that a job makes; return the job's state."""
         exports.keep(job.id, out)
         return job.status()
 
@@ -158,7 +158,7 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.get("/others")
     def others(take: str = Query(description="the take's id, session/name")) -> OtherExports:
-        """Robots and rigid bodies that exports of a take's solves may be of."""
+        """Robots and rigid bodies that can be exported with a take's solves."""
         return OtherExports(kept_robots(sessions / ROBOTS), sorted(stage_bodies(finder.by_id(take)).tracks))
 
     @router.post("/robot", status_code=202)
@@ -172,7 +172,7 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         )
         names = take.performer_names(request.solve)
         if request.performer is not None and names:
-            take.performer_folder(request.solve, request.performer)  # reports a name that nobody has
+            take.performer_folder(request.solve, request.performer)  # reports an unknown name
             out = named_file(out, request.performer)
         archive = out.with_suffix(".zip") if request.performer is None and len(names) > 1 else None
         made = archive or out
@@ -185,7 +185,7 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.post("/prop", status_code=202)
     def make_prop(request: PropExportRequest) -> JobStatus:
-        """Write a rigid body of a take as a skeleton of its own, on the instants of a solve; answers the job."""
+        """Write a rigid body of a take as a skeleton of its own, at the instants of a solve; answers the job."""
         take = finder.by_id(request.take)
         finder.solve(take, request.solve)
         if request.prop not in stage_bodies(take).tracks:
@@ -222,7 +222,7 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.post("/depth", status_code=202)
     def make_depth(request: DepthRequest) -> JobStatus:
-        """Write a camera's depth as it was recorded as an Azure Kinect recording (`.mkv`); answers the job."""
+        """Write a camera's recorded depth as an Azure Kinect recording (`.mkv`); answers the job."""
         take = finder.by_id(request.take)
         camera = choose_camera(take, take_info(take.path).depth, request.camera)
         out = inside(take.path / "exports", f"{take.path.name}_{camera}_depth.mkv")
@@ -248,10 +248,10 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
 
 def _check_together(items: Sequence[SolveExport], format: str, rig: Path | None) -> None:
-    """Refuse what cannot be in one file, before the work begins.
+    """Refuse solves that cannot be in one file, before the work begins.
 
     Raises:
-        SettingsError: so it is.
+        SettingsError: they cannot.
     """
     several = [len(one.take.performer_names(one.solve)) > 1 and one.performer is None for one in items]
     if any(several):

@@ -15,8 +15,8 @@ from studio.take.library.sessions import TakeInfo, take_path
 
 
 class ListedTake(Struct):
-    """A take's line of the list: what `TakeInfo` has; its id, session/name, its length [s], the size of its videos
-    [bytes], whether there is a thumbnail; of takes of several performers who they are."""
+    """A take's line of the list: the fields of `TakeInfo`; its id, session/name, its length [s], the size of its
+    videos [bytes], whether there is a thumbnail; the performers if there are several."""
 
     id: str
     session: str
@@ -91,7 +91,7 @@ class Finder:
         return self.take(session, name)
 
     def solve(self, take: Take, name: str, performer: str | None = None) -> Path:
-        """Return the `poses.npz` of a take's solve, of several performers the one of a performer, else the first's.
+        """Return the `poses.npz` of a take's solve; of several performers that of `performer`, by default the first.
 
         Raises:
             NotFoundError: the take has no such solve.
@@ -108,8 +108,8 @@ class Finder:
         return take.performer_folder(name, performer) / POSES
 
     async def gone(self, request: Request, error: Exception) -> JSONResponse:
-        """Answer a request whose files are not there or, where it reads, damaged: if its take went to the trash
-        meanwhile, there is none."""
+        """Answer a request whose files are missing or, where it reads, damaged; if its take has gone to the trash
+        meanwhile, the answer is that there is no such take."""
         asked = request.path_params
         brought = isinstance(error, FormatError) and request.method != "GET"  # came with the request
         if "session" in asked and "take" in asked and not brought:

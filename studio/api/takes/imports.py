@@ -30,7 +30,7 @@ from studio.worker import Stopped, run_in_process
 
 MAX_FILES = 50_000
 SILENT_S = 60.0
-"""A browser that sends nothing for so long is taken to be gone."""
+"""Silence after which a browser is assumed to be gone [s]."""
 
 GONE = say("import.browser_gone", "the browser went before all files were sent; send them again")
 
@@ -39,14 +39,14 @@ _PIECE_BYTES = 1 << 20
 
 
 class FileRequest(Body):
-    """A file that is to come."""
+    """A file that will be sent."""
 
     path: Annotated[str, Field(max_length=3000, examples=["walk/camera_0/joints.csv"])]
     size: Annotated[int, Field(ge=0, description="[bytes]")]
 
 
 class ImportRequest(Body):
-    """Files that were given at once."""
+    """Files that were given together."""
 
     files: list[FileRequest] = Field(min_length=1, max_length=MAX_FILES)
     sync: Annotated[
@@ -65,8 +65,8 @@ class ImportRequest(Body):
 
 
 class AnnouncedImport(Struct):
-    """An import that waits for its files: its job, the places of its files in the list that was announced, and
-    whether they are of robots; the job's `name` is then theirs once it is done."""
+    """An import that waits for its files: its job, the indices of its files in the announced list, and whether they
+    are of robots; the job's `name` then becomes the robots' names once it is done."""
 
     job: JobStatus
     files: list[int]
@@ -75,7 +75,7 @@ class AnnouncedImport(Struct):
 
 @dataclass
 class _Awaited:
-    """An import whose files are to come."""
+    """An import whose files have not been sent yet."""
 
     job: Job
     group: Group
@@ -87,13 +87,13 @@ class _Awaited:
 
 @dataclass
 class _Batch:
-    """What was announced at once; it is sent one after the other."""
+    """Imports that were announced together; they are sent one after the other."""
 
     heard_s: float
 
 
 class Imports:
-    """Takes files in and has them imported."""
+    """Receives files and has them imported."""
 
     def __init__(self, sessions: Path, jobs: Jobs) -> None:
         self._sessions, self._jobs = sessions, jobs
@@ -105,7 +105,7 @@ class Imports:
     def announce(
         self, files: list[tuple[str, int]], sync: str | None = None, clap_at: Sequence[str] = ()
     ) -> list[AnnouncedImport]:
-        """List what files will make; return by import its job and the places of its files.
+        """List the imports that files will make; return each with its job and its files' indices.
 
         Args:
             files: path and size [bytes] of each.
@@ -113,7 +113,7 @@ class Imports:
             clap_at: when a clap is heard, see `read_clap_at`.
 
         Raises:
-            SettingsError: no such way, or no second.
+            SettingsError: an unknown `sync`, or a `clap_at` that is no time.
         """
         clap_at_s = read_clap_at(clap_at)
         if sync is not None:
@@ -138,7 +138,7 @@ class Imports:
         return answer
 
     async def receive(self, job_id: str, request: Request) -> JobStatus:
-        """Take in the files of an import, and have them imported; return its job."""
+        """Receive the files of an import, and have them imported; return its job."""
         with self._lock:
             awaited = self._awaited.pop(job_id, None)
         if awaited is None or awaited.job.state != "waiting":
@@ -180,7 +180,7 @@ class Imports:
         incoming.end()
 
     def _read(self, awaited: _Awaited, incoming: Incoming) -> None:
-        """Have what came be imported in its turn."""
+        """Have the received files imported in their turn."""
         job, group = awaited.job, awaited.group
 
         def read_robots(progress: Any) -> None:
@@ -209,7 +209,7 @@ class Imports:
         self._jobs.run(job, read_robots if group.robot else work, FILES, "read", incoming.discard)
 
     def _watch(self) -> None:
-        """Give up what nobody sends any more, now and from time to time."""
+        """Give up imports that are no longer being sent, now and from time to time."""
         with self._lock:
             for job_id, awaited in list(self._awaited.items()):
                 if time.monotonic() - awaited.batch.heard_s > SILENT_S:
@@ -225,10 +225,10 @@ class Imports:
 
 
 async def _pieces(request: Request, job: Job) -> AsyncIterator[bytes]:
-    """Yield what comes, in pieces of about a megabyte.
+    """Yield the request's body in pieces of about a megabyte.
 
     Raises:
-        Stopped: the job is to stop. ClientDisconnect: the browser has gone, or says nothing any more.
+        Stopped: the job is to stop. ClientDisconnect: the browser has gone, or is silent.
     """
     stream = request.stream()
     kept = bytearray()
@@ -258,15 +258,15 @@ def imports_router(sessions: Path, jobs: Jobs) -> APIRouter:
 
     @router.post("", status_code=202)
     def announce(request: ImportRequest) -> dict[str, list[AnnouncedImport]]:
-        """Announce files; answers the `imports` that they make, one a take or folder of robots: the `job`, and the
-        places in the list of the `files` whose bytes `PUT /imports/{job}` takes. What cannot be imported by its name
-        has failed at once."""
+        """Announce files; answers the `imports` that they make, one per take or folder of robots: the `job`, and the
+        indices in the list of the `files` whose bytes `PUT /imports/{job}` takes. Files that cannot be imported by
+        their names fail at once."""
         files = [(file.path, file.size) for file in request.files]
         return {"imports": imports.announce(files, request.sync, request.clap_at)}
 
     @router.put("/{job_id}", status_code=202)
     async def send(job_id: str, request: Request) -> JobStatus:
-        """Send an import's files, one after the other without anything between; answers its job."""
+        """Send an import's files, one after the other without separators; answers its job."""
         return await imports.receive(job_id, request)
 
     return router

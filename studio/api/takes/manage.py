@@ -169,7 +169,7 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.put("/takes/{session}/{take}/calibrations/in_use")
     def put_in_use(session: str, take: str, request: UseRequest) -> CalibrationsOfTake:
-        """Have an earlier calibration in use again; solves that exist stay as they are."""
+        """Use an earlier calibration again; existing solves stay as they are."""
         opened = finder.take(session, take)
         use_calibration(opened, request.number)
         return _calibrations(opened)

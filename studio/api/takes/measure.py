@@ -105,7 +105,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         )
 
     def motions(opened: Take, reference: str, solve: str) -> Path | dict[str, Path]:
-        """A reference's file; of several performers those of each who has one, by performer."""
+        """A reference's file; with several performers the files of those who have one, by performer."""
         path, performers = find_reference(opened, reference), opened.performer_names(solve)
         return references_by_performer(opened, performers, reference) if performers else path
 
@@ -125,7 +125,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.post("/evaluate-together")
     def evaluate_together(session: str, take: str, request: EvaluateTogetherRequest) -> EvaluationsTogether:
-        """Measure all performers that have a reference, with one alignment: as kept with the first one's."""
+        """Measure all performers that have a reference, all with the stored alignment of the first reference."""
         opened = finder.take(session, take)
         names = solves_of(opened, request.solves)
         files = references_by_performer(opened, opened.performer_names(names[0]))
@@ -155,7 +155,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
     ) -> HTMLResponse:
         """The report of solves against a reference of the take, as one HTML page; by default of all solves.
 
-        Of several performers each one who has a reference is in it.
+        With several performers, it has every performer with a reference.
         """
         opened = finder.take(session, take)
         names = solves_of(opened, solve)
@@ -169,7 +169,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
     @router.post("/reports", status_code=202)
     def make_report(session: str, take: str, request: ReportRequest) -> JobStatus:
         """Make the report in the background, with the reference aligned as it is kept; answers the job, whose `name`
-        is the report's. Of several performers each one who has a reference is in it."""
+        is the report's. With several performers, it has every performer with a reference."""
         opened = finder.take(session, take)
         names = solves_of(opened, request.solves)
         of = motions(opened, request.reference, names[0])
@@ -201,7 +201,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
     def figures(
         session: str, take: str, name: str, reference: str | None = None, performer: str | None = None
     ) -> SolveFigures:
-        """A solve's figures: `own`, and those against a named reference with its stored alignment; of several
+        """A solve's figures: `own`, and those against a named reference with its stored alignment; with several
         performers those of one."""
         opened = finder.take(session, take)
         poses = finder.solve(opened, name, performer)
@@ -215,7 +215,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
     def cleanup(
         session: str, take: str, name: str, reference: str | None = None, performer: str | None = None
     ) -> Cleanup:
-        """The edit list of a solve's exported animation, of several performers that of one: errors to correct, with
+        """The edit list of a solve's exported animation, with several performers of one: errors to correct, with
         times.
 
         A named reference of the take is aligned with its stored options. Without a reference, very sharp true motion
@@ -228,8 +228,8 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.get("/compare")
     def compare(session: str, take: str, a: str, b: str, performer: str | None = None) -> DifferenceSummary:
-        """Differences of solves `a` and `b` [mm], by joint, and the instants with the largest; of several performers
-        those of one."""
+        """Differences of solves `a` and `b` [mm], by joint, and the instants with the largest; with several
+        performers those of one."""
         opened = finder.take(session, take)
         files = (finder.solve(opened, a, performer), finder.solve(opened, b, performer))
         return run_in_process("studio.review.measure:compare_solves", *files)
@@ -238,8 +238,8 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
 
 
 def references_by_performer(take: Take, performers: list[str], first: str = "") -> dict[str, Path]:
-    """Return the references of a take by performer, in the performers' order; of one performer's several that named
-    `first`, else the first by name; none where there is one performer."""
+    """Return the references of a take by performer, in the performers' order. Of several for one performer, it is the
+    one named `first`, else the first by name. Empty where `performers` is empty."""
     found: dict[str, Path] = {}
     if not performers:
         return found

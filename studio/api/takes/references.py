@@ -1,4 +1,4 @@
-"""Routes of reference motions: uploaded, or copied from beside the takes; checked, aligned, removed and restored."""
+"""Routes of reference motions: uploaded, or copied from next to the takes; checked, aligned, removed and restored."""
 
 import shutil
 import tempfile
@@ -40,11 +40,11 @@ from studio.worker import run_in_process
 
 MAX_REFERENCE_BYTES = 512 * 1024**2
 MAX_NAME = 58
-"""Longest name of a reference; its alignment options are stored beside it, under its name and `.json`."""
+"""Longest name of a reference; its alignment options are stored next to it, under its name and `.json`."""
 
 
 class TakeFileRequest(Body):
-    """A file beside the takes."""
+    """A file next to the takes."""
 
     file: str = Field(description="one of GET /api/v1/reference-files", examples=["monday/jump.truth.csv"])
 
@@ -91,7 +91,7 @@ def references_router(sessions: Path, finder: Finder, removing: Removing) -> API
 
     @router.get("/reference-files")
     def get_files() -> list[str]:
-        """Files beside the takes on the server that may be references."""
+        """Files next to the takes on the server that may be references."""
         return offered_files(sessions)
 
     @router.get(prefix)
@@ -118,7 +118,7 @@ def references_router(sessions: Path, finder: Finder, removing: Removing) -> API
 
     @router.post(prefix, status_code=201)
     def take_file(session: str, take: str, request: TakeFileRequest) -> KeptReference:
-        """Store a copy of a file from beside the takes."""
+        """Store a copy of a file from next to the takes."""
         opened = finder.take(session, take)
         source = offered_file(sessions, request.file)
         if source.stat().st_size > MAX_REFERENCE_BYTES:
@@ -207,7 +207,7 @@ def _new_path(take: Take, name: str) -> Path:
 
 
 def _waiting_room(take: Take) -> tempfile.TemporaryDirectory[str]:
-    """Return a folder beside the take's references for a file that is not yet checked."""
+    """Return a folder next to the take's references for a file that is not yet checked."""
     try:
         return tempfile.TemporaryDirectory(prefix=".reference-", dir=take.path)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Routes of users' rigs: stored in `sessions/rigs/`, each with its mapping beside it."""
+"""Routes of users' rigs: stored in `sessions/rigs/`, each with its mapping next to it."""
 
 from pathlib import Path
 
@@ -40,7 +40,7 @@ def rigs_router(sessions: Path) -> APIRouter:
 
     @router.put("/{name}", status_code=201)
     async def put_rig(name: str, request: Request) -> RigFacts:
-        """Store a rig (GLB, FBX or BVH); the file is the request's body. Answers as its mapping does.
+        """Store a rig (GLB, FBX or BVH); the file is the request's body. Answers as for its mapping.
 
         A mapping saved for the same bones is used again.
         """

@@ -155,7 +155,7 @@ class Replayer(Protocol):
     """The player of takes, the app's `state.player`."""
 
     def part(self, take: str) -> tuple[float, float, str]:
-        """Return the stage times around the playhead [s], and of several performers the one of the curves.
+        """Return the stage times around the playhead [s], and with several performers the one of the curves.
 
         Raises:
             SettingsError: this take is not replayed.
@@ -163,7 +163,7 @@ class Replayer(Protocol):
         ...
 
     def playhead(self, take: str) -> tuple[float, str]:
-        """Return the stage time at the playhead [s], and of several performers the one of the curves.
+        """Return the stage time at the playhead [s], and with several performers the one of the curves.
 
         Raises:
             SettingsError: this take is not replayed.
@@ -195,13 +195,13 @@ def takes_router(
         search: Annotated[
             str, Query(description="words and fields, see docs/api.md", examples=["tag:best"])
         ] = "",
-        limit: Annotated[int | None, Query(ge=0, le=MOST_LISTED, description="so many at most")] = None,
+        limit: Annotated[int | None, Query(ge=0, le=MOST_LISTED, description="maximum number")] = None,
         id: Annotated[list[str], Query(description="only of these takes, session/name")] = [],  # noqa: B006
-        offset: Annotated[int, Query(ge=0, le=MOST_OFFSET, description="leave out so many first")] = 0,
+        offset: Annotated[int, Query(ge=0, le=MOST_OFFSET, description="left out at the beginning")] = 0,
     ) -> list[ListedTake]:
-        """Takes, the newest first: all, or those that a search finds; the header `X-Total-Count` says how many it
-        finds, whatever the limit. `X-Takes-Read: 3200/10000` says that so many of the takes have been read so far,
-        the newest first, and that the answer lacks the others; ask again then."""
+        """Takes, the newest first: all, or those that a search finds. The header `X-Total-Count` is the number found,
+        whatever the limit. `X-Takes-Read: 3200/10000` means that only 3200 of 10000 takes have been read so far, the
+        newest first, and that the answer lacks the others; request again then."""
         found = index.search(parse_query(search), only=id or None, limit=limit, offset=offset)
         thumbnails.want(found.takes)
         response.headers["X-Total-Count"] = str(found.count)
@@ -211,7 +211,7 @@ def takes_router(
 
     @router.get("/takes/next")
     def get_next() -> dict[str, str]:
-        """The session and name that a take gets by itself."""
+        """The session and name that the next take gets by default."""
         path = new_take_path(sessions, session_of_today())
         return {"session": path.parent.name, "name": path.name}
 
@@ -330,7 +330,7 @@ def settings_of(take: Take, solve: str) -> SolveSettings:
     """Return the settings of a solve.
 
     Raises:
-        TakeError: it has none, as an imported animation.
+        TakeError: it has none, like an imported animation.
     """
     kept = read_settings(take.solve_folder(solve))
     if kept is None:

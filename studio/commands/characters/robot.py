@@ -57,7 +57,7 @@ def _action(actions: Any, name: str, text: str) -> argparse.ArgumentParser:
 
 
 def add_sessions(parser: Any) -> None:
-    """Add the folder among which the kept robots are."""
+    """Add the option for the folder of sessions, which has the kept robots."""
     parser.add_argument(
         "--sessions", metavar="DIR", type=Path, default=Path("sessions"),
         help="folder of the recorded takes (default sessions)",

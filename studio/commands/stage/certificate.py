@@ -1,4 +1,4 @@
-"""`studio certificate`: a certificate for the studio, so that browsers of other machines give it their camera."""
+"""`studio certificate`: a certificate for the studio, so that browsers on other machines give it their camera."""
 
 import argparse
 import datetime

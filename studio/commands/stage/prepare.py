@@ -1,4 +1,4 @@
-"""`studio prepare`: compiles ahead what the first takes call."""
+"""`studio prepare`: compiles in advance what the first takes call."""
 
 import argparse
 import sys

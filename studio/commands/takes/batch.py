@@ -135,7 +135,7 @@ def find_takes(folders: list[Path]) -> list[Path]:
 
 
 def find_reference(take: Path) -> Path:
-    """Return a take's reference: the truth beside it, or the first file in its references."""
+    """Return a take's reference: the ground truth next to it, or the first file in its references."""
     beside = take.with_name(take.name + ".truth.csv")
     kept = sorted((take / "references").glob("*"))
     return kept[0] if not beside.is_file() and kept else beside

@@ -130,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _board_line(found: "BoardFound") -> str:
-    """What a board said, as a line."""
+    """The facts about a board, as one line."""
     floor = "the floor stays that of the feet"
     if found.on_floor:
         raised_mm = 1e3 * found.raised_m

@@ -188,7 +188,7 @@ def kind_of(edit: "Edit") -> str:
 
 
 def words_of(edit: "Edit") -> str:
-    """Return in short what an edit says: its keys that are set, without those that all kinds have."""
+    """Return a summary of an edit: its keys that are set, without those that all kinds have."""
     import msgspec
 
     common = {"kind", "id", "start_s", "end_s", "ease_s", "on", "note"}

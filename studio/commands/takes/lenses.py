@@ -12,10 +12,10 @@ from studio.take.folder.lens_files import lens_for, read_lenses
 
 
 def given_lenses(args: argparse.Namespace, cameras: Sequence[str]) -> dict[str, KnownLens]:
-    """Return by camera what `--lens`, `--focal-px` and `--fov-deg` say; what names a camera counts before the rest.
+    """Return the lenses of `--lens`, `--focal-px` and `--fov-deg` by camera; named cameras take precedence.
 
     Raises:
-        FormatError: a file without a lens. SettingsError: a text that says no number.
+        FormatError: a file without a lens. SettingsError: a text that is no number.
     """
     found: dict[str, KnownLens] = {}
     texts = [
@@ -31,10 +31,10 @@ def given_lenses(args: argparse.Namespace, cameras: Sequence[str]) -> dict[str, 
 
 
 def given_readouts(texts: Sequence[str], cameras: Sequence[str]) -> dict[str, float]:
-    """Return by camera what `--readout-ms` says [ms]; what names a camera counts before the rest.
+    """Return the times of `--readout-ms` by camera [ms]; named cameras take precedence.
 
     Raises:
-        SettingsError: a camera that is not there, or a text that is no such time.
+        SettingsError: an unknown camera, or a text that is no such time.
     """
     found: dict[str, float] = {}
     for camera, text in sorted((_parts(text) for text in texts), key=lambda one: bool(one[0])):

@@ -80,7 +80,7 @@ def _figures(file: Any) -> dict[str, Any]:
 
 
 def _change(args: argparse.Namespace, take: "Take", solve: str) -> None:
-    """Keep what was asked for in the take.
+    """Store the requested changes in the take.
 
     Raises:
         SettingsError: half of an exchange was given.
@@ -123,6 +123,6 @@ def _exchange(args: argparse.Namespace, take: "Take", solve: str) -> "Exchange":
     from studio.take.folder.take import POSES
 
     first, second = (performer_by_name(take.meta, name) for name in args.exchange)
-    folders = [take.performer_folder(solve, name) for name in (first, second)]  # reports who is not there
+    folders = [take.performer_folder(solve, name) for name in (first, second)]  # reports a missing performer
     (at_s,) = stage_times(Poses.load(folders[0] / POSES), [args.at])
     return Exchange(at_s, (first, second))

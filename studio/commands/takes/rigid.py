@@ -129,7 +129,7 @@ def _print(take: "Take", known: "TakeBodies") -> dict[str, dict[str, dict[str, f
 
 
 def _marker_words(markers: "MarkerTracks", known: "TakeBodies") -> str:
-    """Return a table of the markers with a name, and what came without."""
+    """Return a table of the named markers, and a line about all readings."""
     import numpy as np
 
     seen = np.isfinite(markers.positions_m).all(axis=2).mean(axis=0)

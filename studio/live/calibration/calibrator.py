@@ -111,8 +111,8 @@ class Calibrator:
     ) -> None:
         """Start to gather frames of cameras with these serial numbers.
 
-        `height_m`: the performer's, where it was measured before; a height that disagrees is refused. `lenses`: what
-        is known of those of cameras without depth.
+        `height_m`: the performer's, where it was measured before; a height that disagrees is refused. `lenses`: those
+        known of cameras without depth.
 
         Raises:
             CalibrationError: one is under way.

@@ -27,7 +27,7 @@ class CalibratedStage(RecordedTakes):
         calibrator: makes a calibration of a walk.
         tpose: measures the first performer.
         strangers: measures everybody else.
-        watch: tells when a camera was moved.
+        watch: detects moved cameras.
     """
 
     folder: Path
@@ -60,7 +60,7 @@ class CalibratedStage(RecordedTakes):
 
         Raises:
             CalibrationError: no camera is connected, or one is under way.
-            SettingsError: a lens of a camera that is not connected, or sees depth.
+            SettingsError: a lens for a camera that is not connected, or that sees depth.
         """
         if not self.roster.connected():
             raise CalibrationError(

@@ -57,7 +57,7 @@ def save_calibration(
 
 
 def load_last_calibration(folder: Path) -> KeptCalibration | None:
-    """Return the newest calibration that can be read and was not refused, or None."""
+    """Return the newest calibration that can be read, was not refused and has a performer, or None."""
     for number in reversed(_numbers(folder)):
         file = folder / f"{number}.json"
         try:

@@ -19,7 +19,7 @@ _SAME_M = 0.010
 """Largest mean difference of bones that were measured twice of one person."""
 
 _CLEAR_M = 0.003
-"""Two profiles that are as near as this are not told apart."""
+"""Least lead of the nearest profile over the second nearest [m]; with less, neither is recognised."""
 
 
 class ProfileJson(PerformerJson):
@@ -89,12 +89,12 @@ def list_profiles(sessions: Path) -> list[Profile]:
             try:
                 found.append(load_profile(sessions, path.stem))
             except TakeError:
-                continue  # reported when it is asked for by name
+                continue  # reported when it is requested by name
     return found
 
 
 def recognised_profile(profiles: list[Profile], performer: Performer) -> Profile | None:
-    """Return whose bones a measured performer has; None where nobody's, or two are as near."""
+    """Return the profile whose bones a measured performer has; None if no profile fits, or two fit similarly well."""
     bones = performer.bones_m()
     far_m = sorted(
         (

@@ -1,7 +1,7 @@
 """Strangers on the stage become performers: whoever holds a T-pose is measured, at any time and several at once.
 
-Where everybody is to be a performer, who holds none is measured as they move, once a camera has shown them for
-`LEAST_SPAN_S`.
+Where everybody is to be a performer, strangers without a T-pose are measured as they move, once a camera has shown
+them for `LEAST_SPAN_S`.
 """
 
 import logging
@@ -22,7 +22,7 @@ from studio.worker import run_in_process
 _log = logging.getLogger(__name__)
 
 HOLD_S = 1.3
-"""Arms that are held out for so long are measured: nobody counts down for strangers."""
+"""Time for which strangers must hold out their arms, because nobody counts down for them [s]."""
 
 _LOOK_S = 0.5
 _KEPT_S = 4.0
@@ -71,7 +71,7 @@ class _Stranger:
         return not self.computing and stage_time_ns - good_ns >= HOLD_S * 1e9
 
     def is_seen(self) -> bool:
-        """Whether a camera has shown them for long enough to measure them as they move, since they were measured."""
+        """Whether a camera has shown them for long enough, since the last try, to measure them as they move."""
         if self.computing or not self._frames or self._frames[-1][0] - self._tried_ns < LEAST_SPAN_S * 1e9:
             return False
         times_ns: dict[str, list[int]] = {}
@@ -89,7 +89,7 @@ class _Stranger:
         return out
 
     def again(self) -> None:
-        """Look once more: what was held was no T-pose, or too little was seen."""
+        """Begin again: they held no T-pose, or too little was seen."""
         self.computing, self._good_since_ns = False, None
         self._tried_ns = self._frames[-1][0] if self._frames else self._tried_ns
 
@@ -97,7 +97,7 @@ class _Stranger:
 class Strangers:
     """Watches everybody without proportions; its methods belong to the engine thread.
 
-    A worker thread calls `report` with the index of a person and what was measured of them.
+    A worker thread calls `report` with the index of a person and their measured proportions, if any.
     """
 
     def __init__(self, report: Report) -> None:
@@ -109,7 +109,7 @@ class Strangers:
         self._people = {}
 
     def add(self, recognised: list[Recognised], now_ns: int) -> None:
-        """Add whose bodies a frame showed."""
+        """Add the recognised bodies of a frame."""
         for one in recognised:
             if one.performer is None:
                 self._people.setdefault(one.person, _Stranger()).add(one.frame, now_ns)
@@ -122,13 +122,13 @@ class Strangers:
         *,
         everybody: bool = False,
     ) -> None:
-        """Look at those who are here.
+        """Check the strangers who are present, and start due measurements.
 
         Args:
             stage_time_ns: now.
-            joints: theirs in the stage frame [m], shape (21, 3), by index of person.
+            joints: of each in the stage frame [m], shape (21, 3), by index of person.
             clocked: returns the calibration with the cameras' present clocks.
-            everybody: they are measured without a T-pose too.
+            everybody: measure them without a T-pose too.
         """
         self._people = {
             person: one for person, one in self._people.items() if person in joints or one.computing
@@ -151,7 +151,7 @@ class Strangers:
         return [one.problems for _, one in sorted(self._people.items())]
 
     def finish(self, person: int, performer: Performer | None) -> None:
-        """Handle what was measured: None = it was no T-pose."""
+        """Handle a measurement; None = it gave no proportions."""
         if performer is not None:
             self._people.pop(person, None)
         elif person in self._people:

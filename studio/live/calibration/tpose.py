@@ -163,7 +163,7 @@ def measure_performer(
 ) -> Performer | None:
     """Return the proportions in frames of a held T-pose, None where too little was seen; runs in a worker process.
 
-    `moves`: of somebody who holds none, whose feet stand seldom.
+    `moves`: the performer holds none, and the feet rarely stand still.
     """
     ordered = {name: sorted(mine, key=lambda frame: frame.device_time_ns) for name, mine in frames.items()}
     return with_performer(replace(calibration, performer=None), ordered, another=moves).performer

@@ -27,7 +27,7 @@ BUSY_PERCENT = 85
 """Processor load from which a client with slow frames is limited by its processor."""
 
 SLOW_CODES = ("camera.skips", "phone_says.slow")
-"""A client's words that it is slow: its processor or the network may say more."""
+"""A client's messages that it is slow; its processor or the network may explain more."""
 
 LOSS_SHARE = 0.05
 LEAST_JOINTS = 4
@@ -207,7 +207,7 @@ class LiveCamera:
 
     @property
     def _told(self) -> str:
-        """What the client says of itself, "" where the studio sees as much by its frames: slow, or nobody seen."""
+        """The client's own message; "" where the frames already show what it says: slow, or nobody seen."""
         if self.client is None or self.client.message_code in (NOBODY.code, *SLOW_CODES):
             return ""
         return client_says(self.client)

@@ -48,7 +48,7 @@ class StageClock:
         return self._corrections.get(camera, 0) - anchor
 
     def restore(self, anchor: Anchor, server_to_stage: ClockModel) -> None:
-        """Restore the stage clock of before a restart of the server."""
+        """Restore the stage clock from before a restart of the server."""
         self.anchor = anchor
         self._common_to_stage = server_to_stage
 

@@ -39,7 +39,7 @@ class NewestDepth:
         self._newest: dict[str, ArrivedDepth] = {}
 
     def put(self, name: str, image: ArrivedDepth) -> None:
-        """Keep a camera's image as its newest; of more than `MAX_CAMERAS`, the first is let go."""
+        """Keep a camera's image as its newest; of more than `MAX_CAMERAS`, the first is dropped."""
         with self._lock:
             last = self._newest.get(name)
             if last is None and len(self._newest) >= MAX_CAMERAS:

@@ -27,7 +27,7 @@ class Roster:
         cameras: by name.
         clock: the stage clock.
         chosen: the reference camera chosen by the operator.
-        restored: the stage clock is that of before a restart of the server, which is more accurate than arrivals.
+        restored: the stage clock is from before a restart of the server, which is more accurate than arrivals.
     """
 
     def __init__(self) -> None:
@@ -69,7 +69,7 @@ class Roster:
         return (alone or nearer) and self._anchor(camera)
 
     def restore(self, anchor: Anchor, server_to_stage: ClockModel) -> None:
-        """Restore the stage clock of before a restart of the server."""
+        """Restore the stage clock from before a restart of the server."""
         self.clock.restore(anchor, server_to_stage)
         self.restored = True
 
@@ -107,7 +107,7 @@ class Roster:
     def arrived(self, frame: CameraFrame, arrival_ns: int) -> list[LiveCamera]:
         """Count a frame; return the cameras whose clock it changed.
 
-        After a jump of the camera's clock, its `clock_id` is another.
+        After a jump of the camera's clock, its `clock_id` has changed.
         """
         camera = self.cameras[frame.camera]
         camera.saw(frame, arrival_ns)
@@ -122,7 +122,7 @@ class Roster:
     def measured(self, name: str, sample: ClockSample) -> list[LiveCamera]:
         """Add a clock exchange; return the cameras whose clock it changed.
 
-        After a jump of the camera's clock, its `clock_id` is another.
+        After a jump of the camera's clock, its `clock_id` has changed.
         """
         camera = self.cameras[name]
         segment = camera.estimator.segment

@@ -26,8 +26,8 @@ class Keeping:
         self._clock_ns = clock_ns
 
     def kept(self, link: CameraLink, message: Kept) -> None:
-        """Handle a client's message that it keeps frames of a take. It is told which are on the disk, now and
-        whenever more are.
+        """Handle a client's message that it keeps frames of a take. The client is told which are on the disk, now
+        and whenever there are more.
 
         Raises:
             FormatError: frames of another camera.

@@ -54,7 +54,7 @@ def take_up(
     now_ns: int,
     synced: Callable[[Recorder, set[Key]], None],
 ) -> None:
-    """Make the engine continue the marked take before its thread runs; or end the take, if that was asked for.
+    """Make the engine continue the marked take before its thread runs; or end the take, if that was requested.
 
     A take that cannot be continued is reported in the log and left to `studio doctor`; the mark is removed.
     This process is prepared for a pipeline first, so that nothing delays frames here; clients keep theirs until then.
@@ -69,7 +69,7 @@ def take_up(
             return
         recorder = Recorder(take, state=state)
     except StudioError as error:
-        _log.error("take %s/%s cannot be gone on with: %s", marker.session, marker.take, error)
+        _log.error("take %s/%s cannot be continued: %s", marker.session, marker.take, error)
         engine.ended_problem = say(
             "recording.not_resumed",
             "the server was started again within take {take}, which cannot be gone on with: {error}",
@@ -84,7 +84,7 @@ def take_up(
     recording = LiveRecording(recorder, marker.began_ns, (*marker.restarts, restart))
     engine.resume(recording, state)
     write_marker(sessions, marker_of(recording, now_ns))
-    _log.warning("going on with take %s; %d ms were not recorded", recording.name, restart.gap_ms)
+    _log.warning("continuing take %s; %d ms were not recorded", recording.name, restart.gap_ms)
 
 
 def _open(sessions: Path, marker: RecordingMarker) -> Take:
@@ -117,7 +117,7 @@ def _was_stopped(state: RawState) -> bool:
 
 
 def _finish(take: Take, state: RawState, marker: RecordingMarker) -> None:
-    """End a take whose end was asked for before the crash, at the time of that request if the log lacks the end."""
+    """End a take whose end was requested before the crash, at the time of that request if the log lacks the end."""
     recorder = Recorder(take, state=state)
     if not _was_stopped(state):
         recorder.event(marker.server_ns, StoppedEvent(stage_ns(state, marker.server_ns)))

@@ -1,6 +1,6 @@
 """Videos that camera clients recorded during takes, fetched after the takes have ended.
 
-A client describes a part, then sends its bytes in pieces; after a cut link it goes on where the server is. A part
+A client describes a part, then sends its bytes in pieces; after a cut link it continues where the server is. A part
 goes into the take only if the start of the client (name and boot id) joined the recording, as for late frames, and
 the part was taken during it. The server names the file. Until a part is whole and was read as a video, it lies in
 `sessions/.video`.
@@ -32,7 +32,7 @@ FOLDER = ".video"
 MAX_PART_BYTES = 512 << 20
 MAX_PART_FRAMES = 30_000
 LEFT_S = 30 * 86_400.0
-"""Pieces of parts that nobody went on with for so long are deleted."""
+"""Age after which pieces of unfinished parts are deleted [s]."""
 
 _MOST_OPEN = 500
 
@@ -66,7 +66,7 @@ class VideoPart:
 
     @property
     def id(self) -> str:
-        """Name of what has come of it."""
+        """Identifier of the part, which names the file of its received pieces."""
         text = repr((self.take_id, self.name, self.boot_id, self.times_ns[:1], self.sha256))
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
@@ -89,7 +89,7 @@ class _Open:
 
 
 class LateVideos:
-    """Takes parts of videos in; methods may be called from any thread."""
+    """Receives parts of videos; methods may be called from any thread."""
 
     def __init__(self, sessions: Path) -> None:
         self._sessions, self._folder = sessions, sessions / FOLDER
@@ -122,11 +122,11 @@ class LateVideos:
         return PartState(part.id, "wanted", received)
 
     def write(self, id_: str, at: int, data: bytes) -> PartState:
-        """Take in a piece of a part, from a byte on; one from elsewhere is not taken in. The last piece makes the
-        part a video of the take.
+        """Add a piece of a part, which begins at byte `at`; one that does not continue the part is ignored. The last
+        piece makes the part a video of the take.
 
         Raises:
-            FormatError: more than was described.
+            FormatError: more bytes than were described.
         """
         with self._lock:
             opened = self._open.get(id_)
@@ -162,7 +162,7 @@ class LateVideos:
             file.rename(named)
             frames = run_in_process("studio.take.video.check:frame_times_ns", named, spare=False)
             take = Take.open(opened.take)
-            state, reason = self._wanted(take, part)  # it may have come otherwise meanwhile
+            state, reason = self._wanted(take, part)  # it may have arrived otherwise meanwhile
             if state != "wanted":
                 return PartState(part.id, state, reason=reason)
             count = min(len(frames), len(part.times_ns))

@@ -11,7 +11,7 @@ from studio.take.folder.names import check_name
 
 @dataclass(frozen=True)
 class CastMember:
-    """A performer as other programs are told: name, and proportions once they are measured."""
+    """A performer as reported to other programs: name, and proportions once they are measured."""
 
     name: str
     proportions: Performer | None
@@ -19,19 +19,19 @@ class CastMember:
 
 @dataclass
 class Cast:
-    """Names by the performer's number; a number without one has its own."""
+    """Names by the performer's number; the default is `performer_1` and so on."""
 
     _names: dict[int, str] = field(default_factory=dict)
 
     def name(self, number: int) -> str:
-        """Return what a performer is called."""
+        """Return a performer's name."""
         return self._names.get(number, performer_key(number))
 
     def number(self, name: str, numbers: Collection[int]) -> int:
-        """Return which of the performers is called so.
+        """Return the number of the performer with a name.
 
         Raises:
-            SettingsError: none of them.
+            SettingsError: none of them has it.
         """
         found = [number for number in numbers if self.name(number) == name]
         if not found:
@@ -44,11 +44,11 @@ class Cast:
         return found[0]
 
     def is_taken(self, name: str, by: Collection[int]) -> bool:
-        """Whether one of these performers is called so, whatever the case of letters: names are those of folders."""
+        """Whether one of these performers has a name, ignoring case, because names are also folder names."""
         return name.casefold() in {self.name(number).casefold() for number in by}
 
     def rename(self, number: int, name: str, others: Collection[int]) -> None:
-        """Call a performer by another name.
+        """Rename a performer.
 
         Raises:
             TakeError: a name that is not allowed, or that one of the `others` has.
@@ -71,5 +71,5 @@ class Cast:
         return {performer_key(number): name for number, name in sorted(self._names.items())}
 
     def restore(self, names: Mapping[int, str]) -> None:
-        """Take over names, such as those of a take that goes on."""
+        """Use these names instead, such as those of a resumed take."""
         self._names = dict(names)

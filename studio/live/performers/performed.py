@@ -47,7 +47,7 @@ class PerformedStage(CalibratedStage):
         return [] if self._pipeline.pipeline is None else self._pipeline.pipeline.on_stage()
 
     def refresh_members(self) -> None:
-        """Tell other threads who is on the stage."""
+        """Update `members`, by which other threads know who is on the stage."""
         calibrated = None if self.stage_calibration is None else self.stage_calibration.performer
         self.members = {
             one.performer: CastMember(
@@ -65,7 +65,7 @@ class PerformedStage(CalibratedStage):
         return self.cast.given() if self.people() else {}
 
     def restore_performers(self, take: Take) -> None:
-        """Call performers as a take does that goes on."""
+        """Give performers the names of a resumed take."""
         named = take.meta.get("performer_names", {})
         self.cast.restore({performer_number(performer): name for performer, name in named.items()})
 
@@ -84,7 +84,7 @@ class PerformedStage(CalibratedStage):
                 self.cast.rename(number, profile.name, before)
 
     def forget_performers(self, name: str | None = None) -> None:
-        """Go on without a performer, in a fresh pipeline; None: with the first one only.
+        """Forget a performer, and start a fresh pipeline; None: forget all but the first.
 
         Raises:
             TakeError: a take is being recorded.
@@ -112,7 +112,7 @@ class PerformedStage(CalibratedStage):
         self._restart(people=kept)
 
     def rename_performer(self, name: str, new: str) -> None:
-        """Call a performer by another name, also within a recording.
+        """Rename a performer, also within a recording.
 
         Raises:
             SettingsError: there is no performer of that name.
@@ -123,7 +123,7 @@ class PerformedStage(CalibratedStage):
         self.cast.rename(number, new, [other for other in numbers if other != number])
 
     def exchange_performers(self, first: str, second: str) -> None:
-        """Let two performers each be whom the other was taken for, from now on, also within a recording.
+        """Exchange the identities of two performers from now on, also within a recording.
 
         Raises:
             SettingsError: there is no performer of one of the names.
@@ -133,7 +133,7 @@ class PerformedStage(CalibratedStage):
         self._perform(log.ExchangedEvent(one, other))
 
     def keep_profile(self, name: str) -> None:
-        """Store a performer's proportions as the profile of their name; an older one is replaced.
+        """Store a performer's measured proportions as the profile of their name; an older one is replaced.
 
         Raises:
             SettingsError: there is no performer of that name.

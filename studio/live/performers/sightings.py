@@ -9,12 +9,12 @@ from studio.engine.model.frames import CameraFrame
 
 LOOK_S = 1.5
 _GHOST_SHARE = 0.5
-"""A camera that shows bodies of nobody in so many of its frames shows a ghost: newcomers are known sooner."""
+"""Share of frames with bodies of nobody above which a camera shows a ghost: newcomers are known sooner."""
 
 _LEAST_FRAMES = 10
 
 _Seen = tuple[int, frozenset[int], int]
-"""When a frame came [ns], the performers in it, and how many of its bodies were nobody's."""
+"""Arrival of a frame [ns], the performers in it, and the number of its bodies that are nobody's."""
 
 
 def _shows_anybody(body: CameraFrame) -> bool:
@@ -28,7 +28,7 @@ class Sightings:
         self._frames: dict[str, deque[_Seen]] = {}
 
     def add(self, frame: CameraFrame, recognised: list[Recognised], now_ns: int) -> None:
-        """Take in a camera's frame, and whose bodies it showed."""
+        """Add a camera's frame, and its recognised bodies."""
         performers = frozenset(one.performer for one in recognised if one.performer is not None)
         bodies = 1 if recognised and not frame.others else sum(map(_shows_anybody, frame.bodies()))
         frames = self._frames.setdefault(frame.camera, deque())
@@ -44,7 +44,7 @@ class Sightings:
         ]
 
     def ghosts(self, now_ns: int) -> list[str]:
-        """Return the cameras that go on showing a body that is nobody's."""
+        """Return the cameras that keep showing a body that is nobody's."""
         return [
             name
             for name, frames in self._recent(now_ns).items()

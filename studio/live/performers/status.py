@@ -1,4 +1,4 @@
-"""Everybody on a stage of several, as the status tells them."""
+"""Everybody on a stage of several, as the status reports them."""
 
 from studio.engine.base.sentences import say
 from studio.engine.identity.recognised import MOST_PERFORMERS, OnStage

@@ -35,9 +35,9 @@ class LiveRecording:
         recorder: writes the files.
         began_ns: on the server's clock.
         restarts: of the server, within the take.
-        stopping: its end was asked for.
-        performers, names: who is known on a stage of several, at its beginning, and from its end on.
-        timecode: what was read of it, each at a time on the server's clock [ns]; of any thread.
+        stopping: its end was requested.
+        performers, names: who is known on a stage of several; set at its beginning, and again at its end.
+        timecode: its readings, each at a time on the server's clock [ns]; added by any thread.
         bodies_came: whether rigid bodies or markers came in.
         known_bodies: what the rigid bodies are; None = none came in.
         server_to_stage: the map to the stage clock at the end; None = the stage had none.

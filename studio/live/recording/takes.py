@@ -53,7 +53,7 @@ class RecordedTakes(ABC):
 
     @abstractmethod
     def restore_performers(self, take: Take) -> None:
-        """Call performers as a take does that goes on."""
+        """Give performers the names of a resumed take."""
 
     @abstractmethod
     def _log_clocks(self, cameras: list[LiveCamera]) -> None:

@@ -51,7 +51,7 @@ class Done:
 
 
 def do(job: BatchJob) -> Done:
-    """Do a job, in any process; a failure is returned, not raised, so that the others go on."""
+    """Do a job, in any process; a failure is returned, not raised, so that the others continue."""
     try:
         inputs, output = _files(job)
         note = Path(job.take) / NOTES / f"{job.kind}_{job.key()}.json"

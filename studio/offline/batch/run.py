@@ -83,6 +83,6 @@ def _on_dask(jobs: list[BatchJob], scheduler: str) -> Iterator[tuple[int, Done]]
             index = futures[future]
             try:
                 done = future.result()
-            except Exception as error:  # boundary of the cluster: the others go on
+            except Exception as error:  # boundary of the cluster: the others continue
                 done = Done(jobs[index].take, "failed", f"its worker was lost: {error}")
             yield index, done

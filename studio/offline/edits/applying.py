@@ -1,4 +1,4 @@
-"""Which of the offered edits mend a solve: those that remove their events, and that nothing speaks against."""
+"""Selection of the offered edits that mend a solve: they remove their events, and nothing speaks against them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
@@ -18,11 +18,11 @@ Solve = Callable[[Sequence[Edit]], Poses]
 """Solves the take with edits."""
 
 NEAR_S, MOVED_M = 0.5, 0.005
-"""Beyond this time from an edit nothing may move by more than this [s], [m]."""
+"""Time from an edit beyond which nothing may move [s], and the movement that counts [m]."""
 
 LEAST_M, MOST_SHARE, FAR_M = 0.001, 0.2, 0.2
-"""An edit contradicts the cameras if it takes the limb away from their joints by more than this share of the way that
-it moves it. Counted are the frames in which it moves by more than the first [m]; a joint is at most so far [m] away.
+"""Limits of an edit that agrees with the cameras: the limb's least movement in a frame that counts [m], the largest
+share of the movement that may lead away from the cameras' joints, and the cap of a joint's distance [m].
 """
 
 
@@ -32,9 +32,8 @@ def apply_offers(
     """Return the offered edits that remove their events, create no other, move nothing else and do not contradict the
     cameras, and the solve with them.
 
-    All are tried at once; those that a solve proves wrong are left out of the next, until none is. What goes wrong
-    elsewhere is laid to the nearest of them. Then events that are left have their next edits tried with those that
-    are kept.
+    All are tried at once. Those that a solve proves wrong are left out of the next, until none is wrong. An error
+    elsewhere counts against the nearest edit. Then the remaining events' next edits are tried with the kept ones.
 
     Args:
         found: by `offers`.
@@ -97,7 +96,7 @@ def _moved_outside_s(tried: Iterable[Edit], before: Poses, after: Poses) -> list
 
 
 def _contradicts(edit: Edit, joint: str, before: Poses, after: Poses, trace: Trace) -> bool:
-    """Whether a limb goes away from where the cameras saw it, apart from what the edit leaves out."""
+    """Whether a limb moves away from where the cameras saw it; observations that the edit leaves out do not count."""
     limb = np.array([name == limb_of(joint) for name in LIMB_OF])
     outputs = OUTPUT_OF_CANONICAL_INDEX[limb]
     near = (before.time_s > edit.start_s - NEAR_S) & (before.time_s < edit.end_s + NEAR_S)

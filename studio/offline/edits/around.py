@@ -48,7 +48,7 @@ def solve_around(
 
     Nothing is stored. The whole solve may differ a little: these frames are solved alone, at `LOOK_HZ` at most, and
     preset `finish` without physics. The first call in a process reads the take's frames; they are kept for the next
-    one. Name it in full for a worker that stays: `run_in_process("studio.offline.edits.around:solve_around", take,
+    one. Pass the full name to a worker that stays: `run_in_process("studio.offline.edits.around:solve_around", take,
     settings, edits, at_s, performer=..., stored=...)`.
 
     Args:
@@ -93,11 +93,11 @@ def solve_around(
 
 
 def blended_into(found: Poses, stored: Poses) -> Poses:
-    """Return poses at the instants of a whole solve, blended from it at their begin and to it at their end, on its
-    floor.
+    """Return poses at the instants of a whole solve, blended from it at their beginning and to it at their end, on
+    its floor.
 
     Args:
-        found: a part, solved anew.
+        found: a part, solved again.
         stored: the whole solve, of the same skeleton.
     """
     first, last = np.searchsorted(stored.time_s, [found.time_s[0] - 1e-4, found.time_s[-1] + 1e-4])

@@ -1,4 +1,4 @@
-"""A first look at the edits of a take: what is around an instant of a solve, solved with them."""
+"""A first look at the edits of a take: the surroundings of an instant of a solve, solved with them."""
 
 from collections.abc import Callable
 
@@ -27,7 +27,7 @@ def look_at_edits(
         take: with raw frames, a calibration and the solve.
         settings: of the solve.
         solve: its name.
-        at_s: time in the solve, which is another than stage time where its edits retime parts.
+        at_s: time in the solve, which differs from stage time where its edits retime parts.
         performer: whose poses; the first's where empty.
         progress: receives the share done.
 

@@ -1,4 +1,4 @@
-"""Mending a take by itself: the offered edits of all its clean-up events are tried, and those that mend are kept."""
+"""Automatic mending of a take: the offered edits of all its clean-up events are tried; those that mend are kept."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from studio.take.folder.solves import Solved
 from studio.take.folder.take import Take
 
 _MOST_SOLVES = 12
-"""Progress counts so many solves; few takes need more."""
+"""Number of solves that the progress assumes; few takes need more."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def mend(take: Take, settings: SolveSettings, *, progress: Callable[[float], Non
     Args:
         take: with raw frames.
         settings: of the solve that is mended.
-        progress: receives the share done, a guess.
+        progress: receives the share done, an estimate.
 
     Raises:
         FormatError: its list of edits cannot be read.
@@ -84,7 +84,7 @@ def mend(take: Take, settings: SolveSettings, *, progress: Callable[[float], Non
         found = offers(before.poses, before.trace, start_s=start_s, performer=performer)
         applied, after[performer] = apply_offers(found, before.poses, before.trace, poses, start_s=start_s)
         made += applied
-    if made and len(first) > 1:  # what mends one may move the other
+    if made and len(first) > 1:  # edits of one performer may move another
         after = {performer: one.poses for performer, one in solved(made).items()}
     new = tuple(msgspec.structs.replace(edit, id="") for edit in made)
     if new:

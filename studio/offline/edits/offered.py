@@ -23,7 +23,7 @@ def offers_of_solve(take: Take, solve: str, performer: str = "") -> list[Offer]:
         performer: of several; the first where empty.
 
     Raises:
-        TakeError: the solve has no trace of what went into it, as a live or imported one.
+        TakeError: the solve has no trace of what went into it, like a live or imported one.
         FormatError: it is damaged.
     """
     folder = take.performer_folder(solve, performer or None)

@@ -18,17 +18,17 @@ from studio.engine.whole_take.trace import Trace
 Array = NDArray[np.float64]
 
 ABOUT_S = 0.1
-"""A cause is looked for so long before and after an event [s]."""
+"""Time before and after an event in which its cause is searched [s]."""
 
 COURSE_S, LEFT_OUT_S = 0.15, 0.04
-"""A joint's course is the cubic through its places up to the first time from the peak, without those within the
+"""A joint's course is a cubic fitted to its places within the first time of the peak [s], without those within the
 second [s]."""
 
 CAUSE_M = 0.08
 """A camera caused an event if its joint is off the course by more than this [m]."""
 
 BEYOND_S = 0.25
-"""A camera that errs often does so for longer than the event lasts, by up to this on either side [s]."""
+"""Extension of an event on either side [s], because a camera's error often lasts longer than the event."""
 
 FEET = ("left_ankle", "left_toe", "right_ankle", "right_toe")
 
@@ -39,7 +39,7 @@ class Offer:
 
     Attributes:
         event: as in the figures of a solve.
-        camera: whose joint is furthest off the course of the body's; None = no camera's.
+        camera: the one whose joint is furthest from the body's course; None = none.
         joint: the canonical joint.
         off_mm: how far it is off [mm].
         why: the cause, one line.
@@ -91,7 +91,7 @@ def _offer(event: CleanupEventJson, number: int, poses: Poses, trace: Trace, per
 def _edits(
     event: CleanupEventJson, camera: str | None, poses: Poses, id_: str, performer: str
 ) -> Iterator[Edit]:
-    """The edits of which each would mend an event, the likeliest first."""
+    """Alternative edits that would mend an event, the likeliest first."""
     joint, note = event["joint"], "offered"
     begin, end = event["start_s"] - 0.5 * ABOUT_S, event["end_s"] + 0.5 * ABOUT_S
     limb = tuple(name for name in CANONICAL if limb_of(name) == limb_of(joint))
@@ -136,7 +136,7 @@ def _edits(
 
 
 def _course(poses: Poses, joint: int, at: int) -> Array | None:
-    """Where a joint would be on the course of its places around a frame, without those near it [m], shape (3,)."""
+    """Place of a joint on its course around a frame [m], shape (3,); None with too few places."""
     away = poses.time_s - poses.time_s[at]
     rows = np.flatnonzero((np.abs(away) <= COURSE_S) & (np.abs(away) > LEFT_OUT_S))
     if len(rows) < 6 or away[rows].min() > 0.0 or away[rows].max() < 0.0:
@@ -148,7 +148,7 @@ def _course(poses: Poses, joint: int, at: int) -> Array | None:
 
 
 def _cause(event: CleanupEventJson, joint: int, poses: Poses, trace: Trace) -> tuple[int | None, float]:
-    """The camera whose used joint is furthest off the body's course around an event, and how far [m]."""
+    """The camera whose used joint is furthest from the body's course around an event, and how far [m]."""
     rows = np.flatnonzero(
         (poses.time_s >= event["start_s"] - ABOUT_S) & (poses.time_s <= event["end_s"] + ABOUT_S)
     )

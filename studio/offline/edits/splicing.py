@@ -1,4 +1,4 @@
-"""Takes that are put together of parts of other takes' solves."""
+"""Takes that are spliced from parts of other takes' solves."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,12 +29,12 @@ def splice_takes(
     near_s: float,
     progress: Callable[[float], None] | None = None,
 ) -> Take:
-    """Return a new take at `out` with the solve `spliced`; `take.json` remembers its parts.
+    """Return a new take at `out` with the solve `spliced`; `take.json` records its parts.
 
     Args:
-        parts: of solves that are named.
+        parts: each with the name of its solve.
         out: a folder that does not exist or is empty.
-        times: how often all parts come, one after the other; over 1 makes a loop.
+        times: number of rounds through all parts; over 1 makes a loop.
         blend_s, near_s: as of `spliced`.
         progress: receives the share done.
 

@@ -1,4 +1,4 @@
-"""Parts of takes, of which a take is spliced."""
+"""Parts of takes, from which a take is spliced."""
 
 from dataclasses import dataclass
 
@@ -6,8 +6,8 @@ from studio.take.folder.take import Take
 
 BLEND_S = 0.8
 NEAR_S = 0.6
-"""Length of a seam, and how far the begin of a part may be moved, where nothing is said: more than half of a walk's
-cycle of two steps."""
+"""Default length of a seam, and default largest shift of a part's beginning [s]: more than half of a walk's cycle
+of two steps."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class TakePart:
         start_s, end_s: stage time [s]; None = from the first frame, to the last.
         since_begin: the times count from the solve's first frame instead.
         solve: its name; None = finish, studio, live, or the first by name.
-        performer: of several whose; None = the first.
+        performer: one of several; None = the first.
     """
 
     take: Take
