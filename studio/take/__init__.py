@@ -1,4 +1,4 @@
-"""Takes on disk. Rooms: `folder` is one take, `edits` what an operator says of it, `raw` its recorded frames,
-`importers` makes takes of other recordings, `library` lists and changes whole takes, `upkeep` checks and repairs them
-and checks the program.
+"""Takes on disk. Packages: `folder` is one take, `edits` its edits by an operator, `raw` its recorded frames,
+`importers` makes takes from other recordings, `library` lists and changes whole takes, `upkeep` checks and repairs
+them and checks the program.
 """

@@ -34,7 +34,7 @@ class ViewedStage(Protocol):
     previews: Previews
 
     def subscribe(self, callback: Callable[[StepResult], object], *, raw: bool = False) -> Callable[[], None]:
-        """Call `callback` with every step, with `raw` also with those without a body, on the engine thread; the
+        """Call `callback` with every step on the engine thread; with `raw`, also with steps without a body. The
         returned function ends the subscription."""
         ...
 
@@ -48,7 +48,7 @@ class ViewedStage(Protocol):
 
 
 class ViewHandle:
-    """The mounted view; call `close` with the server's."""
+    """The mounted view; call `close` when the server closes."""
 
     def __init__(
         self, view: LiveView, player: Player, videos: Videos, unsubscribe: Callable[[], None]

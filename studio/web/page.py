@@ -1,6 +1,6 @@
 """The pages (Jinja2): `/`, `/signin`, `/blind`, `/remote`, `/camera`, `/phone`, `/vote/TOKEN`; the files.
 
-Browsers of phones get the models too that find bodies in pictures.
+Browsers of phones also get the models that find bodies in pictures.
 """
 
 import secrets
@@ -32,7 +32,7 @@ _PHONE_POLICY = (
     "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data:; "
     "frame-ancestors 'none'"
 )
-"""Of the page of a phone and of its thread, which has a policy of its own: no other host, WebAssembly allowed."""
+"""Policy of a phone's page and of its thread, which has its own: no other host, WebAssembly allowed."""
 
 
 class _FreshFiles(StaticFiles):
@@ -45,7 +45,7 @@ class _FreshFiles(StaticFiles):
 
 
 class _PageFiles(_FreshFiles):
-    """The files of the pages; a module that is asked for with `?bundle` comes as the program that begins with it."""
+    """The files of the pages; a module requested with `?bundle` is sent as the program that begins with it."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         response = await super().get_response(path, scope)

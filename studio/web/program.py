@@ -1,7 +1,7 @@
-"""A page's program: its modules as one file, so that a browser asks once, not for 150 files one after the other.
+"""A page's program: its modules as one file, so that a browser sends one request, not 150 in sequence.
 
 Each module becomes a function that runs once, after those that it imports, and returns what it exports. Modules of
-`vendor/` and those of an import map stay imports. A source map shows them in the browser's tools as they are.
+`vendor/` and those of an import map stay imports. A source map shows the originals in the browser's tools.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ _OTHER = re.compile(r"^(?:import|export)\b.*", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Program:
-    """A page's modules as one text, the source map of it (JSON), and a tag that changes with them."""
+    """A page's modules as one text, its source map (JSON), and a tag that changes with them."""
 
     text: str
     source_map: str
@@ -31,7 +31,7 @@ def program_of(folder: Path, entry: str) -> Program:
     """Return the program that begins with the module `entry` of a folder, such as `stage/main.js`.
 
     Raises:
-        FileNotFoundError: there is no such module, or none that one imports.
+        FileNotFoundError: the module or one of its imports is missing.
         ValueError: modules import each other, one imports what another does not export, or exports what is not a
             constant, function or class (an importer gets a value, which does not follow a variable).
     """
@@ -41,12 +41,12 @@ def program_of(folder: Path, entry: str) -> Program:
 
 
 def is_vendor(path: str) -> bool:
-    """Whether a file of the folder is of somebody else, and served as it is."""
+    """Whether a file of the folder is third-party code, and served unchanged."""
     return path.startswith("vendor/")
 
 
 def _collect(folder: Path, path: str, found: dict[str, int], importing: list[str]) -> None:
-    """Add the module to `found`, after all that it imports, with the time at which it was changed."""
+    """Add the module to `found`, after all its imports, with the time of its last change."""
     if path in importing:
         raise ValueError(f"modules import each other: {' -> '.join([*importing, path])}")
     changed = (folder / path).stat().st_mtime_ns
@@ -63,7 +63,7 @@ def _imports(file: Path, _changed: int) -> list[str]:
 
 
 def _inside(path: str, name: str) -> str | None:
-    """The path of what a module imports by a name; None for what stays an import."""
+    """Return the path of a module's import by its name; None for one that stays an import."""
     other = posixpath.normpath(posixpath.join(posixpath.dirname(path), name))
     return other if name.startswith(".") and not is_vendor(other) else None
 
@@ -73,10 +73,10 @@ def _program(folder: Path, changed: tuple[tuple[str, int], ...]) -> Program:
     entry = changed[-1][0]
     here = posixpath.dirname(entry)
     variables = {path: f"module{number}" for number, (path, _) in enumerate(changed)}
-    exports: dict[str, dict[str, str]] = {}  # of each module: variable by name
-    outside: dict[str, str] = {}  # variable by what stays an import
+    exports: dict[str, dict[str, str]] = {}  # for each module: variable by name
+    outside: dict[str, str] = {}  # variable by import that stays
     parts, sections = [], []
-    begin = 1  # the line of the next module; the first has the imports that stay
+    begin = 1  # line of the next module; the first line has the imports that stay
     for path, variable in variables.items():
         source = (folder / path).read_text(encoding="utf-8").rstrip("\n")
 
@@ -114,7 +114,7 @@ def _program(folder: Path, changed: tuple[tuple[str, int], ...]) -> Program:
 
 
 def _pattern(what: str) -> tuple[str, set[str]]:
-    """What an import names, as the left side of an assignment, and the exports that it takes."""
+    """Return an import's names as the left side of an assignment, and the exports that it uses."""
     if what.startswith("* as "):
         return what.removeprefix("* as "), set()
     if not what.startswith("{"):
@@ -124,7 +124,7 @@ def _pattern(what: str) -> tuple[str, set[str]]:
 
 
 def _section(source: str, line: int, lines: int) -> dict[str, object]:
-    """The part of a source map that says: from this line on, these lines are a file's."""
+    """Return the part of a source map that assigns the lines from this one on to a file."""
     one_each = ";".join(["AAAA", *["AACA"] * (lines - 1)])
     mapped = {"version": 3, "sources": [source], "names": [], "mappings": one_each}
     return {"offset": {"line": line, "column": 0}, "map": mapped}

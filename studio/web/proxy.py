@@ -1,6 +1,6 @@
 """viser on the studio's own port: its one-file client at `/viewer/`, its WebSocket at `/viewer`.
 
-The client opens its WebSocket at its own address without the last slash. Frames are passed on unchanged, but for
+The client opens its WebSocket at its own address without the last slash. Frames are passed on unchanged, except
 those of viewers that would move the gizmo; the viser server itself listens on the loopback interface only.
 """
 
@@ -24,7 +24,7 @@ MAX_UPSTREAM_BYTES = 1 << 20
 MAX_DOWNSTREAM_BYTES = 1 << 26
 
 GIZMO_MESSAGES = b"TransformControls"
-"""With this begin the names of viser's messages of gizmos."""
+"""Prefix of the names of viser's gizmo messages."""
 
 _REFUSED, _TOO_BIG, _GONE = 1008, 1009, 1001
 
@@ -111,7 +111,7 @@ async def _relay(browser: WebSocket, server: ClientConnection) -> None:
 
 
 async def _upstream(browser: WebSocket, server: ClientConnection, looks_only: bool) -> None:
-    """Pass on what a browser says; of one that only looks, nothing that moves the gizmo."""
+    """Pass on a browser's messages; from one with `looks_only`, none that move the gizmo."""
     try:
         while True:
             message = await browser.receive()
@@ -128,7 +128,7 @@ async def _upstream(browser: WebSocket, server: ClientConnection, looks_only: bo
 
 
 def _is_of_gizmo(data: bytes | str) -> bool:
-    """Whether a message of viser's client moves a gizmo: the names of its messages stand in it as they are."""
+    """Whether a message of viser's client moves a gizmo: messages contain their names as plain text."""
     return GIZMO_MESSAGES in (data.encode() if isinstance(data, str) else data)
 
 

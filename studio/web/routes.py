@@ -37,8 +37,8 @@ class PointsChange(BaseModel):
 
 
 class ViewChange(BaseModel):
-    """Changes of the view: layers to show or hide, by name; joints with trails; the points; as whom everybody is
-    drawn."""
+    """Changes of the view: layers to show or hide, by name; joints with trails; the points; the robot or
+    mannequin that everybody is drawn as."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -51,7 +51,7 @@ class ViewChange(BaseModel):
 
 
 class OperatorViewChange(BaseModel):
-    """Where a page of the operator looks from, in the stage frame."""
+    """Viewpoint of a page of the operator, in the stage frame."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -69,8 +69,8 @@ class OperatorPage(BaseModel):
 
 
 class GizmoState(BaseModel):
-    """The gizmo: where it is, stage frame [m], and how often it was dragged since it is shown; `shown` is false while
-    there is none."""
+    """The gizmo: its place, stage frame [m], and the number of drags since it is shown; `shown` is false while there
+    is none."""
 
     shown: bool
     place_m: tuple[float, float, float] | None = None
@@ -78,7 +78,7 @@ class GizmoState(BaseModel):
 
 
 class GizmoPlace(BaseModel):
-    """Where the gizmo is shown, stage frame."""
+    """Place of the gizmo, stage frame."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -139,15 +139,15 @@ def view_routes(view: LiveView, robots: ChosenRobots) -> APIRouter:
 
     @router.put("/operator")
     def put_operator_view(change: OperatorViewChange) -> OperatorPage:
-        """Tell where a page of the operator looks from. That of the page that was moved last is the operator's view,
-        which other browsers can follow."""
+        """Report the viewpoint of a page of the operator. That of the page moved last is the operator's view, which
+        other browsers can follow."""
         shown = OperatorView(change.page, change.position_m, change.target_m, change.aspect)
         return OperatorPage(page=view.show_operator(shown, moved=change.moved))
 
     @router.delete("/operator", status_code=204)
     def close_operator_view(page: int) -> None:
-        """Tell that a page was closed: if its viewpoint is the operator's view, there is none until a page tells its
-        own."""
+        """Report that a page was closed: if its viewpoint is the operator's view, there is none until a page reports
+        its own."""
         view.forget_operator(page)
 
     @router.get("/gizmo")
@@ -157,7 +157,7 @@ def view_routes(view: LiveView, robots: ChosenRobots) -> APIRouter:
 
     @router.put("/gizmo")
     def show_gizmo(change: GizmoPlace) -> GizmoState:
-        """Show the gizmo at a place in the frame that is shown; it goes with the frame."""
+        """Show the gizmo at a place in the shown frame; it disappears with the frame."""
         view.gizmo.show(change.place_m)
         return _gizmo_state(view)
 

@@ -33,10 +33,10 @@ _log = logging.getLogger(__name__)
 
 DRAW_HZ = 30.0
 AHEAD_S = 1.0 / 120.0
-"""Time before the next picture of the live stage in which the newest step is awaited, to be drawn on arrival."""
+"""Time before the next picture of the live stage in which a newer step is awaited and drawn on arrival [s]."""
 
 NEXT_STEP_S = 1.0 / 50.0
-"""Time without a newer step after which a step that came during drawing is drawn."""
+"""Time without a newer step after which a step that arrived during drawing is drawn [s]."""
 
 TRAIL_JOINTS = ("LeftHand", "RightHand", "LeftFoot", "RightFoot")
 MAX_TRAILS = 8
@@ -113,7 +113,7 @@ class LiveView:
 
     @property
     def robot(self) -> ChosenRobot | None:
-        """Whom everybody is drawn as; None = as a mannequin."""
+        """The robot that everybody is drawn as; None = a mannequin."""
         with self._changed:
             return self._robot
 
@@ -154,7 +154,7 @@ class LiveView:
             self._changed.notify()
 
     def show_live(self) -> None:
-        """Go back to the live stage."""
+        """Return to the live stage."""
         with self._changed:
             self._replay = self._result = None
             self.gizmo.at(None)
@@ -170,7 +170,7 @@ class LiveView:
             self._changed.notify()
 
     def choose_points(self, colour: str | None, cameras: dict[str, bool]) -> None:
-        """Colour the points otherwise (None: as before), show or hide some cameras'.
+        """Change the points' colour (None: unchanged), show or hide some cameras'.
 
         Raises:
             SettingsError: no such colour or camera.
@@ -206,8 +206,8 @@ class LiveView:
             self._trail_joints = tuple(joints)
 
     def show_operator(self, operator: OperatorView, *, moved: bool) -> int:
-        """Take a page's viewpoint as the operator's view where the operator `moved` it, where it was that page's
-        before, or where there was none; return the page whose viewpoint it is now."""
+        """Take a page's viewpoint as the operator's view if the operator `moved` it, if it was that page's before, or
+        if there was none; return the page whose viewpoint it is now."""
         with self._changed:
             if moved or self._operator is None or self._operator.page == operator.page:
                 self._operator, self._operator_moved = operator, True
@@ -215,7 +215,7 @@ class LiveView:
             return self._operator.page
 
     def forget_operator(self, page: int) -> None:
-        """There is no operator's view any longer where it was this page's, which has been closed."""
+        """Remove the operator's view if it was that of this page, which was closed."""
         with self._changed:
             if self._operator is not None and self._operator.page == page:
                 self._operator, self._operator_moved = None, True
@@ -254,7 +254,7 @@ class LiveView:
     def _wait(self) -> Wanted | None:
         """Return the content to draw once it is new, or after a while; None at the end."""
         with self._changed:
-            if self._fresh and self._replay is None:  # it came during the pause: a newer one follows soon
+            if self._fresh and self._replay is None:  # it arrived during the pause: a newer one follows soon
                 steps = self._steps
                 self._changed.wait_for(lambda: self._stopping or self._steps > steps, timeout=NEXT_STEP_S)
             self._changed.wait_for(

@@ -47,7 +47,7 @@ def skeleton_frame(
 
 
 def with_others(frame: SkeletonFrame, others: Sequence[SkeletonFrame]) -> SkeletonFrame:
-    """Return a frame of one body with further bodies, each given as a frame of its own."""
+    """Return a frame of one body with further bodies, each given as its own frame."""
     return replace(
         frame,
         others=[
@@ -58,7 +58,7 @@ def with_others(frame: SkeletonFrame, others: Sequence[SkeletonFrame]) -> Skelet
 
 
 def each_body(frame: SkeletonFrame) -> list[SkeletonFrame]:
-    """Return every body of a frame as a frame of its own; of equal numbers only the first."""
+    """Return every body of a frame as its own frame; of equal numbers only the first."""
     found = {frame.body: replace(frame, others=[]) if frame.others else frame}
     for one in frame.others:
         alone = SkeletonFrame(
@@ -126,13 +126,13 @@ def _unpacked(data: bytes, width: int, height: int, what: str) -> NDArray[np.uin
 
 
 HAND_LANDMARKS = 21
-"""Landmarks of a hand: the wrist, then four of each finger from the thumb on, root to tip."""
+"""Number of landmarks of a hand: the wrist, then four of each finger from the thumb on, root to tip."""
 
 _OUTSIDE = 2.0
-"""A landmark further outside its picture than this many times the picture's size is an error, and unseen."""
+"""Maximum coordinate of a landmark, as a multiple of its picture's size; beyond it is an error, and unseen."""
 
 _WIDEST_M = 3.0
-"""So is a guessed joint that is further from the middle of the hips."""
+"""Maximum coordinate of a guessed joint about the middle of the hips [m]; beyond it is an error, and unseen."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def landmark_frame(
 
 
 def landmark_arrays(frame: SkeletonFrame, joint_set: str) -> LandmarkArrays | None:
-    """Return a frame's landmarks, None where it has none. What is far outside the picture counts as unseen.
+    """Return a frame's landmarks, None if it has none. Landmarks far outside the picture count as unseen.
 
     Raises:
         FormatError: other numbers of landmarks than the joint set or a hand has.

@@ -7,8 +7,8 @@ the client keeps its frames (`Kept`) until an `Ack` says that they are on the di
 (`Late`). Every message is one binary WebSocket message: a MessagePack map with a `type` key. `decode` checks it
 against its schema.
 
-A `SkeletonFrame` is written to `raw.mcap` as the very bytes that arrived. Version 2 added its `landmarks`, version 3
-several bodies; clients of earlier versions are welcome.
+A `SkeletonFrame` is written to `raw.mcap` with exactly the bytes that arrived. Version 2 added its `landmarks`,
+version 3 several bodies; clients of earlier versions are welcome.
 """
 
 import re
@@ -27,7 +27,7 @@ KNOWN_VERSIONS = (1, 2, PROTOCOL_VERSION)
 MAX_MESSAGE_BYTES = 4 * 1024 * 1024
 LINK_PATH = "/api/v1/link"
 VIDEO_PATH = "/api/v1/video"
-"""Where clients bring the videos that they recorded during takes."""
+"""Address to which clients upload the videos that they recorded during takes."""
 
 
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}\Z")]
@@ -42,7 +42,7 @@ Sequence = Annotated[int, Meta(ge=0, le=2**62)]
 Percent = Annotated[int, Meta(ge=0, le=100)]
 BodyNumber = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 MOST_OTHERS = 15
-"""Bodies that a frame may have beside its first."""
+"""Maximum number of bodies of a frame besides its first."""
 Id = Annotated[str, Meta(max_length=64)]
 Text = Annotated[str, Meta(max_length=500)]
 
@@ -65,7 +65,7 @@ class Intrinsics(msgspec.Struct, forbid_unknown_fields=True):
 class Hello(msgspec.Struct, tag="hello", forbid_unknown_fields=True):
     """First message of a camera client.
 
-    `boot_id` changes with every start of the client, so that (name, boot_id, sequence) identifies a frame for good.
+    `boot_id` changes with every start of the client, so that (name, boot_id, sequence) always identifies a frame.
     `machine` is the same for all clients of one machine, `usb_controller` for all cameras on one of its controllers.
     """
 
@@ -128,11 +128,11 @@ class HandState(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Landmarks(msgspec.Struct, forbid_unknown_fields=True):
-    """Where a picture shows the joints of a performer. All numbers are little-endian float32.
+    """Positions of a performer's joints in a picture. All numbers are little-endian float32.
 
-    `width`, `height`: size of this very picture [pixels]. `pixels`: joint_count * 2 (column, row), NaN = unseen; the
+    `width`, `height`: size of this picture [pixels]. `pixels`: joint_count * 2 (column, row), NaN = unseen; the
     centre of the first pixel is (0, 0). `world`: joint_count * 3 [m] about the middle of the hips, in the picture's
-    axes (x right, y down, z away), as one picture alone lets them be guessed; empty = none. `left_hand`,
+    axes (x right, y down, z away), as guessed from one picture alone; empty = none. `left_hand`,
     `right_hand`: 21 * 2 pixels of a hand's landmarks, empty = not seen.
     """
 
@@ -204,7 +204,7 @@ class Preview(msgspec.Struct, tag="preview", forbid_unknown_fields=True):
 class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
     """Health of the client, about once a second.
 
-    `message_code`, `message_values`: which message it is and what it was made of, if it has a code.
+    `message_code`, `message_values`: the message's code and its values, if it has a code.
     `processor_percent`, `sending_percent`: load of its tracker or process, and share of time in which messages waited
     for the network, over the last three seconds.
     """
@@ -224,7 +224,7 @@ class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
 class Recording(msgspec.Struct, tag="recording", forbid_unknown_fields=True):
     """From the server: a take is being recorded from now on, or no longer.
 
-    `take` is `<session>/<name>`, `take_id` identifies it for good, `start_ns` is its beginning on the server's clock.
+    `take` is `<session>/<name>`, `take_id` always identifies it, `start_ns` is its beginning on the server's clock.
     """
 
     active: bool

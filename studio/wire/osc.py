@@ -1,4 +1,4 @@
-"""OSC packets, read strictly: what is damaged is refused as a whole, without a word in the log.
+"""OSC packets, read strictly: a damaged packet is refused as a whole, without a line in the log.
 
 python-osc logs a line for each argument that it does not know, which a hostile sender could fill a disk with.
 Source: Open Sound Control 1.0.
@@ -12,12 +12,12 @@ _MOST_MESSAGES, _MOST_ARGUMENTS = 256, 32
 
 
 class NotOscError(Exception):
-    """A packet is no OSC."""
+    """A packet is not OSC."""
 
 
 @dataclass(frozen=True)
 class OscMessage:
-    """A message: its address, and its arguments; of a kind that is no text and no number as None."""
+    """A message: its address and its arguments; an argument that is neither text nor number is None."""
 
     address: str
     arguments: tuple[str | float | None, ...]
@@ -27,7 +27,7 @@ def osc_messages(packet: bytes) -> list[OscMessage]:
     """Return the messages of a packet, which may be a bundle; a bundle within it is left out.
 
     Raises:
-        NotOscError: it is none.
+        NotOscError: it is not OSC.
     """
     try:
         if not packet.startswith(b"#bundle\0"):

@@ -9,7 +9,7 @@ class FrameQueue:
 
     Attributes:
         dropped: number of dropped frames.
-        ended: the source gives no more.
+        ended: the source has no more frames.
     """
 
     def __init__(self, capacity: int) -> None:
@@ -37,7 +37,7 @@ class FrameQueue:
         return gone
 
     def pop(self) -> tuple[int, bytes] | None:
-        """Return the oldest frame with its sequence, None where there is none."""
+        """Return the oldest frame with its sequence, None if there is none."""
         if not self._frames:
             self._changed.clear()
             return None

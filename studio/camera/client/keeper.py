@@ -18,9 +18,7 @@ RECENT = 60
 """Frames kept before this client hears of a take, because the take may have begun with them."""
 
 UNKNOWN_DAYS = 30
-"""Time for which frames of a take that the server lacks are kept, because another server or a restored take may need
-them.
-"""
+"""Retention of frames of a take that the server lacks [days]; another server or a restored take may need them."""
 
 Key = tuple[str, str]
 """Take id and boot id."""
@@ -62,7 +60,7 @@ class Keeper:
 
     @property
     def newest(self) -> int:
-        """Number of the newest frame; -1 = none has come."""
+        """Number of the newest frame; -1 = none yet."""
         return self._newest
 
     @property
@@ -135,7 +133,7 @@ class Keeper:
         return self._kept(origin, first, self._newest)
 
     def recording_changed(self, message: wire.Recording) -> list[wire.Kept]:
-        """Handle the server's message whether it records; return the messages to send."""
+        """Handle the server's report whether it records; return the messages to send."""
         before, confirmed = self._active, self._confirmed
         if message.active and before is not None and before.take_id == message.take_id:
             self._confirmed = True
@@ -153,7 +151,7 @@ class Keeper:
         return out
 
     def acknowledged(self, message: wire.Ack) -> list[wire.Kept]:
-        """Handle the server's message which frames are on its disk; return the messages to send.
+        """Handle the server's report of the frames on its disk; return the messages to send.
 
         If a take has ended, frames still missing were in transit and are offered again.
         """
@@ -175,7 +173,7 @@ class Keeper:
         return []
 
     def _not_known(self, key: Key) -> None:
-        """Handle a take that the server lacks: its frames stay for a while, and the operator is told."""
+        """Handle a take that the server lacks: keep its frames for a while, and inform the operator."""
         assert self._spool is not None
         self._unsent.pop(key, None)
         frames, days = len(self._spool.sequences(key)), self._spool.age_s(key) / 86400.0

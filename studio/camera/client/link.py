@@ -39,7 +39,7 @@ _CLOCK_BURST, _BURST_GAP_S, _CLOCK_GAP_S = 8, 0.02, 1.0
 _STATUS_GAP_S = 1.0
 _PREVIEW_GAP_S = 0.05
 _PREVIEW_WAITING = 2
-"""No preview is sent while more frames than this wait, or kept ones are to be sent."""
+"""Maximum number of waiting frames at which previews are sent; none are sent while kept frames wait."""
 _LATE_BATCH, _LATE_PAUSE_S = 10, 0.02
 """Kept frames are sent in batches, about 500 a second, so that new ones are not delayed."""
 _SYNC_GAP_S = 1.0
@@ -67,7 +67,7 @@ def link_url(server: str) -> str:
     """Return the address of the link on a server, from its http, https, ws or wss address.
 
     Raises:
-        SettingsError: no such address.
+        SettingsError: it is not such an address.
     """
     parts = urlsplit(server if "://" in server else f"http://{server}")
     scheme = {"http": "ws", "ws": "ws", "https": "wss", "wss": "wss"}.get(parts.scheme)
@@ -86,7 +86,7 @@ def link_url(server: str) -> str:
 
 
 def video_url(link: str) -> str:
-    """Return the address to which a client brings its videos, from that of its link."""
+    """Return the address to which a client uploads its videos, from the address of its link."""
     return "http" + link.removeprefix("ws").removesuffix(wire.LINK_PATH) + wire.VIDEO_PATH
 
 
@@ -105,7 +105,7 @@ class Link:
         video: records the source's video during takes; None: it is not recorded.
 
     Attributes:
-        frames_sent: number of frames sent when they came.
+        frames_sent: number of frames sent as they came.
         frames_late: number of kept frames sent again.
         connections: number of the server's welcomes.
     """
@@ -164,7 +164,7 @@ class Link:
         """Send the source's frames until it ends, reconnecting without limit.
 
         Raises:
-            RefusedError: the server refuses this camera at the first connection, or has let it go.
+            RefusedError: the server refuses this camera at the first connection, or has released it.
             StudioError: the source fails.
         """
         producer = asyncio.create_task(self._produce())
@@ -350,7 +350,7 @@ class Link:
             await asyncio.sleep(_STATUS_GAP_S)
 
     async def _send_previews(self, socket: ClientConnection) -> None:
-        """Send the newest depth image in small twenty times a second, while the link is free."""
+        """Send the newest depth image, reduced, twenty times a second while the link is free."""
         shown_ns = -1
         while True:
             await asyncio.sleep(_PREVIEW_GAP_S)

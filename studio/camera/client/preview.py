@@ -42,7 +42,7 @@ tick()</script>"""
 
 
 def text_picture(depth_mm: NDArray[np.uint16], camera: DepthCamera, *bodies: NDArray[np.float64]) -> str:
-    """Return a depth image as lines of text, the joints as O.
+    """Return a depth image as lines of text, with the joints as O.
 
     Args:
         depth_mm: shape (height, width).
@@ -62,7 +62,7 @@ def text_picture(depth_mm: NDArray[np.uint16], camera: DepthCamera, *bodies: NDA
 
 
 def png_picture(depth_mm: NDArray[np.uint16], camera: DepthCamera, *bodies: NDArray[np.float64]) -> bytes:
-    """Return a depth image with the skeletons drawn into it, as PNG; arguments as of `text_picture`."""
+    """Return a depth image with the skeletons drawn into it, as PNG; arguments as for `text_picture`."""
     image = Image.fromarray(shade(depth_mm)).convert("RGB")
     draw = ImageDraw.Draw(image)
     for positions in bodies:

@@ -65,7 +65,7 @@ def run_camera(
         spool: folder in which frames of recordings are kept until they are on the server's disk; by default
             `default_spool`.
         spool_bytes: its largest size.
-        parent: process number of the program that started this one, with which it ends.
+        parent: process number of the program that started this one; the client ends with it.
         record_depth: send the depth images too during a recording.
         preview: draw the camera's image as text in the terminal.
         preview_port: show it as a page on this port of this machine; 0 = a free one.
@@ -121,7 +121,7 @@ def run_camera(
 
 
 def _recorder(source: Source, folder: Path) -> VideoRecorder | None:
-    """Return what records the pictures of an ordinary camera."""
+    """Return the video recorder for an ordinary camera."""
     if not isinstance(source, PosedSource):
         return None
     recorder = VideoRecorder(VideoSpool(folder), mirrored=source.mirrored)
@@ -176,7 +176,7 @@ def _to_terminal(text: str) -> None:
 
 
 class _OrderlyEnd:
-    """Cancels the client's task, once there is one; called on any thread."""
+    """Cancels the client's task, once there is one; may be called on any thread."""
 
     def __init__(self) -> None:
         self.cancel: Callable[[], object] = lambda: None

@@ -6,7 +6,7 @@ with `MAGIC` and a record whose data is JSON (take, hello); the other records ar
     length of data  uint32    CRC-32 of number and data  uint32    number  uint64    data
 
 little-endian. Every record is written by one call without a buffer, so that it outlives a killed program.
-`sync` waits for the disk; the link calls it every second, so that a power cut loses at most that. A segment is
+`sync` waits for the disk; the link calls it every second, so a power cut loses at most one second. A segment is
 deleted once all of its frames are acknowledged. A record that a crash interrupted ends its segment.
 """
 

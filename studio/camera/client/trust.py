@@ -9,10 +9,10 @@ _END = "-----END CERTIFICATE-----"
 
 
 def trusting(certificate: Path) -> ssl.SSLContext:
-    """Return settings of TLS by which a server is trusted that has this very certificate, whatever its address.
+    """Return TLS settings that trust a server with exactly this certificate, whatever its address.
 
     Args:
-        certificate: PEM file; of several certificates the first one counts, which is the server's own.
+        certificate: PEM file; of several certificates, the first one counts: the server's own.
 
     Raises:
         SettingsError: the file cannot be read, or has no certificate.

@@ -1,7 +1,7 @@
 """Records the pictures of an ordinary camera during takes: H.264 in fragmented MP4, in parts of ten seconds.
 
-Encoding runs in a thread of its own with a short queue: where this machine is too slow, pictures are left out of the
-video, and landmarks go on. Each picture keeps its capture time on the source's clock.
+Encoding runs in its own thread with a short queue: if this machine is too slow, the video omits pictures, and the
+landmarks continue. Each picture keeps its capture time on the source's clock.
 """
 
 import logging
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 PART_NS = 10_000_000_000
 LONGEST_SIDE = 1920
-"""Larger pictures are reduced."""
+"""Maximum side of a picture [pixels]; larger pictures are reduced."""
 
 _WAITING = 6
 _NICENESS = 10
@@ -41,7 +41,7 @@ class VideoRecorder:
 
     Args:
         spool: where the parts go.
-        mirrored: the camera exchanges left and right; the video has them exchanged back, as the landmarks have.
+        mirrored: the camera swaps left and right; the video swaps them back, as the landmarks do.
 
     Attributes:
         spool: as given.
@@ -72,7 +72,7 @@ class VideoRecorder:
             self._thread.start()
 
     def picture(self, time_ns: int, frame: "av.VideoFrame") -> None:
-        """Take in a picture, with its capture time on the source's clock [ns]; it is not waited for."""
+        """Queue a picture with its capture time on the source's clock [ns]; does not wait."""
         if self._origin is None:
             return
         try:
@@ -81,7 +81,7 @@ class VideoRecorder:
             self.left_out += 1
 
     def stop(self) -> None:
-        """End the recording; the last part is whole afterwards."""
+        """End the recording; the last part is complete afterwards."""
         self._origin, thread, self._thread = None, self._thread, None
         if thread is not None:
             self._queue.put(None)
@@ -92,7 +92,7 @@ class VideoRecorder:
     def _run(self, origin: VideoOrigin) -> None:
         part: _PartWriter | None = None
         self.problem = ""
-        lower_thread_priority(_NICENESS)  # landmarks go before
+        lower_thread_priority(_NICENESS)  # landmarks take precedence
         while (item := self._queue.get()) is not None:
             if self.problem:
                 continue

@@ -1,4 +1,4 @@
-"""Brings recorded videos to the server, at leisure: between takes, at a part of the link's speed."""
+"""Uploads recorded videos to the server between takes, at a part of the link's speed."""
 
 import asyncio
 import hashlib
@@ -18,7 +18,7 @@ from studio.camera.client.video_spool import SpooledPart, VideoSpool
 PIECE_BYTES = 256 << 10
 RETRY_S = 5.0
 _REST = 3.0
-"""After a piece it waits so many times as long as that took."""
+"""Pause after a piece, as a multiple of the time that the piece took."""
 _TIMEOUT_S = 30.0
 
 log = logging.getLogger(__name__)
@@ -32,14 +32,14 @@ class _StaysHere(urllib.request.HTTPRedirectHandler):
 
 
 class VideoSender:
-    """Sends what is in a spool.
+    """Uploads the parts in a spool.
 
     Args:
         spool: of this client.
         url: of the server's route for videos.
         token: of the camera; may be empty.
         tls: settings for a server that the system does not trust.
-        may_send: whether it is the time to send.
+        may_send: returns whether sending is allowed now.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class VideoSender:
                 log.info("videos are not sent yet: %s", error)
 
     async def send_all(self) -> None:
-        """Send every part that the server wants now; returns early once it may no longer send.
+        """Send every part that the server wants now; returns early once sending is no longer allowed.
 
         Raises:
             OSError, HTTPException, ValueError: the server does not answer, or not as a studio.

@@ -1,7 +1,7 @@
-"""The videos that a client has recorded during takes, in a folder on its own disk until the server has them.
+"""Videos that a client recorded during takes, in a folder on its own disk until the server has them.
 
-A part is `<number>.mp4` with `<number>.json` (what it is of) and `<number>.times` (capture time of each frame, int64,
-little endian), which grow together: of a client that was killed, what is whole in all of them is left.
+A part is `<number>.mp4` with `<number>.json` (its origin) and `<number>.times` (capture time of each frame, int64,
+little endian). They grow together: after a client was killed, the frames that are complete in all of them remain.
 """
 
 import contextlib
@@ -20,7 +20,7 @@ MAX_BYTES = 8 << 30
 
 
 class VideoOrigin(msgspec.Struct, frozen=True):
-    """What a part is of: take, and start of the client that recorded it; see `live.keeping.video.VideoPart`."""
+    """Origin of a part: take, and start of the client that recorded it; see `live.keeping.video.VideoPart`."""
 
     take_id: str
     name: str
@@ -40,7 +40,7 @@ class SpooledPart:
         return self.path.with_suffix(".times")
 
     def times_ns(self) -> list[int]:
-        """Return the capture times of its frames [ns]; none where they are lost."""
+        """Return the capture times of its frames [ns]; none if they are lost."""
         try:
             data = self.times_path.read_bytes()
         except OSError:

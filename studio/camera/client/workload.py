@@ -23,7 +23,7 @@ def processor_ns() -> int:
 
 
 class Workload:
-    """Shares of the last three seconds, measured when they are asked for.
+    """Shares of the last three seconds, measured when they are requested.
 
     Args:
         tracked_ns: returns the tracker's total busy time [ns].

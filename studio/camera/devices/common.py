@@ -97,7 +97,7 @@ def _not_a_number(text: str, kind: str) -> SettingsError:
 
 
 def device_failed(error: Exception) -> DeviceLostError:
-    """Return what a device's library said as it failed."""
+    """Return the error for a failure of a device's library."""
     return DeviceLostError("device.failed", "{error}", error=str(error) or type(error).__name__)
 
 
@@ -106,7 +106,7 @@ async def polled(
     close: Callable[[], None],
     errors: tuple[type[Exception], ...] = (RuntimeError, OSError),
 ) -> AsyncIterator[_Item]:
-    """Yield the results of a blocking function, called on a thread; None = nothing came in time.
+    """Yield the results of a blocking function, called on a thread; None = no result in time.
 
     Args:
         wait: waits for about a second at most.

@@ -1,4 +1,4 @@
-"""What Linux tells of devices that are plugged in, without their libraries: USB devices and video devices."""
+"""Plugged-in devices that Linux reports without their libraries: USB devices and video devices."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,7 +52,7 @@ def seen_without_library(
 
     Args:
         kind: of source.
-        missing: what the library says.
+        missing: the library's error.
         folder: where the system lists USB devices.
 
     Raises:
@@ -71,8 +71,8 @@ def seen_without_library(
 def video_devices(folder: Path = VIDEO_DEVICES) -> list[tuple[int, str]]:
     """Return number and name of the video devices that give pictures; none on other systems than Linux.
 
-    Of a device with several entries the first one has the pictures. Depth cameras, which have sources of their own,
-    are left out.
+    If a device has several entries, the first one gives the pictures. Depth cameras have their own sources and are
+    left out.
     """
     found = []
     for entry in folder.glob("video*"):

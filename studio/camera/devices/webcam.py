@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _KIND = "webcam"
 _DARK_FRAMES = 5
-"""Pictures in which a webcam finds its exposure."""
+"""Number of first pictures during which a webcam adjusts its exposure."""
 
 _SILENT_S = 5.0
 _WISHES = {"video_size": "1280x720", "framerate": "30"}
@@ -82,7 +82,7 @@ def listed() -> list[tuple[int, str]]:
 
 
 def _by_system() -> list[tuple[str, str]]:
-    """Return address and name of the webcams that macOS or Windows names."""
+    """Return address and name of the webcams that macOS or Windows lists."""
     from av.device import enumerate_input_devices
 
     devices = enumerate_input_devices("avfoundation" if sys.platform == "darwin" else "dshow")
@@ -92,7 +92,7 @@ def _by_system() -> list[tuple[str, str]]:
 def _address(number: int) -> tuple[str, str, list[dict[str, str]]]:
     """Return a webcam's address, the name of its driver, and the settings to try in turn."""
     if sys.platform == "linux":
-        packed = {"input_format": "mjpeg", **_WISHES}  # most webcams give large pictures fast only packed
+        packed = {"input_format": "mjpeg", **_WISHES}  # most webcams give large pictures fast only as MJPEG
         return VIDEO_NODE.format(number=number), "v4l2", [packed, _WISHES, {}]
     if sys.platform == "darwin":
         return f"{number}:none", "avfoundation", [_WISHES, {"framerate": "30"}]
@@ -166,7 +166,7 @@ class WebcamPictures(PictureSource):
         from av.error import FFmpegError
 
         decoded = self._container.decode(video=0)
-        at_work = threading.Lock()  # a picture still being read is waited for before the device is closed
+        at_work = threading.Lock()  # the device is closed only after a read in progress
 
         def wait() -> "PictureShot":
             with at_work:

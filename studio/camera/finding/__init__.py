@@ -1,5 +1,5 @@
-"""Devices that are plugged into this machine, and pictures of what they see.
+"""Devices that are plugged into this machine, and their pictures.
 
-Both are done by a short process: a device's library may hang or crash, and frees its devices for sure only with its
-process.
+A short process does both: a device's library may hang or crash, and only the end of its process is sure to free its
+devices.
 """

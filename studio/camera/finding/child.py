@@ -3,7 +3,7 @@
     python -m studio.camera.finding.child PARENT list KIND...
     python -m studio.camera.finding.child PARENT picture SOURCE
 
-It writes lines of JSON. `list`: `{"kind"}` where it begins with a kind, then the same with `devices` and `problem`.
+It writes lines of JSON. `list`: `{"kind"}` when it begins a kind, then the same with `devices` and `problem`.
 `picture`: `{"png"}` in base64, or `{"problem"}`. A problem is a text, or a sentence with its code.
 """
 
@@ -25,21 +25,21 @@ from studio.worker.parent import end_with_parent
 
 _NICENESS = 10
 _WIDTH = 480
-"""Most pixels across a picture."""
+"""Maximum width of a picture [pixels]."""
 
 
 def look(kind: str) -> dict[str, Any]:
-    """Return the devices of a kind as JSON, or why they are not known."""
+    """Return the devices of a kind as JSON, or why they are unknown."""
     try:
         found = SOURCES[kind].config().find()
-    except Exception as error:  # a device's library raises anything; the other kinds answer all the same
+    except Exception as error:  # a device's library may raise anything; the other kinds are still searched
         return {"kind": kind, "devices": [], "problem": told(error)}
     devices = [{**asdict(one), "device": _plain(one.device), "needs": _plain(one.needs)} for one in found]
     return {"kind": kind, "devices": devices, "problem": ""}
 
 
 def picture(source: str) -> dict[str, Any]:
-    """Return a picture of what a camera sees as JSON, or why there is none."""
+    """Return a camera's picture as JSON, or why there is none."""
     try:
         pixels = parse_source(source).picture()
     except Exception as error:  # as above
@@ -51,7 +51,7 @@ def picture(source: str) -> dict[str, Any]:
 
 
 def told(error: Exception) -> str | Sentence:
-    """Return what an error says as JSON."""
+    """Return an error's message as JSON."""
     if isinstance(error, StudioError):
         return _plain(error.sentence)
     return str(error) or type(error).__name__
@@ -62,14 +62,14 @@ def _plain(text: str) -> str | Sentence:
 
 
 def _own_output() -> TextIO:
-    """Return the standard output for this program alone: libraries of devices write theirs to standard error."""
+    """Return the standard output for this program alone; output of device libraries goes to standard error."""
     own = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     return own
 
 
 def main(arguments: list[str]) -> None:
-    """Do what the arguments say."""
+    """Run the command in the arguments."""
     parent, task, *rest = arguments
     end_with_parent(int(parent))
     lower_priority(_NICENESS)
@@ -80,7 +80,7 @@ def main(arguments: list[str]) -> None:
         print(json.dumps({"kind": kind}), file=out, flush=True)
         print(json.dumps(look(kind)), file=out, flush=True)
     out.close()
-    os._exit(0)  # a device's library may hang in its end
+    os._exit(0)  # a device's library may hang when it ends
 
 
 if __name__ == "__main__":

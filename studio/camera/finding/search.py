@@ -1,4 +1,4 @@
-"""Looks for devices and takes pictures by a process; it is watched, and ends with its work."""
+"""Search for devices, and pictures from them, by a supervised process that ends with its work."""
 
 import base64
 import json
@@ -16,14 +16,14 @@ from studio.engine.base.errors import StudioError
 from studio.engine.base.sentences import Said, say
 
 _KIND_S = 60.0
-"""Time for one kind of device, with the start of a process on a machine that is busy."""
+"""Timeout for one kind of device [s], including the start of a process on a busy machine."""
 
 _PICTURE_S = 60.0
 
 
 @dataclass(frozen=True)
 class FoundKind:
-    """The devices of a kind of source; `problem`: why they are not known, "" = they are."""
+    """The devices of a kind of source; `problem`: why they are unknown, "" = they are known."""
 
     kind: str
     devices: tuple[FoundDevice, ...] = ()
@@ -43,16 +43,16 @@ class ShortProcess:
         )
 
     def ask_to_end(self) -> None:
-        """Have it end at once; does not wait."""
+        """Kill it; does not wait."""
         self._process.kill()
 
     def end(self) -> None:
-        """End it at once; its devices are free afterwards."""
+        """Kill it and wait; its devices are free afterwards."""
         self._process.kill()
         self._process.wait()
 
     def lines(self, longest_s: float) -> Iterator[dict[str, Any]]:
-        """Yield what it writes, until it ends or nothing came for `longest_s`; then it is ended."""
+        """Yield what it writes, until it ends or nothing came for `longest_s`; then kill it."""
         output = self._process.stdout
         assert output is not None
         try:
@@ -82,7 +82,7 @@ class Search:
         self._ended = False
 
     def run(self, on_found: Callable[[FoundKind], None]) -> None:
-        """Tell the devices of each kind as they are found. A kind whose library crashes or hangs is told so."""
+        """Report the devices of each kind as they are found; report a kind whose library crashes or hangs as such."""
         while self._left and not self._ended:
             self._process = ShortProcess("list", *self._left)
             if self._ended:
@@ -99,7 +99,7 @@ class Search:
                 on_found(FoundKind(broken, problem=_broke_off(broken)))
 
     def end(self) -> None:
-        """Have it end with what was told so far; does not wait."""
+        """End the search with what was reported so far; does not wait."""
         self._ended = True
         if self._process is not None:
             self._process.ask_to_end()
@@ -127,7 +127,7 @@ def _found(line: dict[str, Any]) -> FoundKind:
 
 
 def _heard(text: Any) -> str:
-    """Return a problem as the process tells it."""
+    """Return a problem as the process reports it."""
     return text if isinstance(text, str) else Said.from_json(text)
 
 

@@ -28,7 +28,7 @@ class SimulatedRgbConfig(RigCameraConfig):
 
 
 class SimulatedRgbSource(PerformedSource):
-    """A camera that sends landmarks; its lens is its own secret."""
+    """A camera that sends landmarks; it does not send its lens."""
 
     device = "simulated ordinary camera"
     joint_set = "mediapipe"

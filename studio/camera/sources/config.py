@@ -1,4 +1,4 @@
-"""Configurations of the kinds of cameras: a frozen dataclass for each, beside its source."""
+"""Configurations of the kinds of cameras: a frozen dataclass for each, next to its source."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ class FoundDevice:
     """A device that is plugged into this machine, found without opening it.
 
     Attributes:
-        source: text of `--source` that opens it; of a device that lacks something, a part of it in capitals.
+        source: text of `--source` that opens it; only its kind if something is missing.
         device: what it is, for people.
-        name: a good name for its camera, the same whenever it is found.
-        serial: its serial number; "" = not known.
-        needs: what it lacks before it can be opened, and what to do; "" = nothing.
+        name: a name for its camera, the same at every search.
+        serial: its serial number; "" = unknown.
+        needs: what is missing to open it, and what to do; "" = nothing.
     """
 
     source: str
@@ -63,7 +63,7 @@ class SourceConfig(ABC):
         return []
 
     def picture(self) -> NDArray[np.uint8]:
-        """Open the camera, and return what it sees: grey, shape (height, width), or RGB, shape (height, width, 3).
+        """Open the camera and return an image: grey, shape (height, width), or RGB, shape (height, width, 3).
 
         Raises:
             NotAvailableError: the camera gives no images, or its library is not installed.

@@ -17,7 +17,7 @@ class DepthRecordingSource(DepthSource):
     """Plays one camera's depth images.
 
     In real time it loops in step with the wall clock, so that clients of the same recording play the
-    same moment. Images are stamped anew by the wall clock, with the offsets between the recorded clocks.
+    same moment. Images get new stamps from the wall clock, with the offsets between the recorded clocks.
     Images that cannot be read in time are skipped. Otherwise it plays once, as fast as it is read, with the
     recorded stamps.
 

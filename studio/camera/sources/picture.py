@@ -1,4 +1,4 @@
-"""A picture of what an open camera sees, for whoever chooses a camera."""
+"""A picture from an open camera, for choosing a camera."""
 
 import asyncio
 
@@ -11,7 +11,7 @@ from studio.engine.base.errors import NotAvailableError, StudioError
 from studio.engine.model.cameras.depth import shade
 
 _IMAGES = 5
-"""Images that a device may give before one has readings: the first ones of many devices are empty."""
+"""Number of images within which one must have readings: the first ones of many devices are empty."""
 
 _WAIT_S = 10.0
 

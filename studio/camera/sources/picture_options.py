@@ -15,12 +15,12 @@ _FLAGS = ("model=lite|full|heavy|FILE", "mirrored", "no-hands")
 
 @dataclass(frozen=True, kw_only=True)
 class PictureConfig(SourceConfig):
-    """What all sources of pictures have.
+    """Options of all sources of pictures.
 
     Attributes:
         model: `lite`, `full`, `heavy`, or the path of a bundle (`.task`).
-        mirrored: the camera exchanges left and right, as selfie cameras do.
-        hands: look for the hands too, `no-hands` in a text = not.
+        mirrored: the camera swaps left and right, as selfie cameras do.
+        hands: look for the hands too; `no-hands` in a text turns this off.
 
     Raises:
         SettingsError, NotAvailableError: there is no such model.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _ENOUGH_HZ = 15.0
 _ENOUGH = 0.75
-"""It is told that pictures are skipped where fewer than this share of them, and fewer than enough, are read."""
+"""Skipped pictures are reported if the rate read is below `_ENOUGH_HZ` and below this share of the nominal rate."""
 
 
 class PictureSource(Camera):
@@ -44,7 +44,7 @@ class PosedSource(ReadingSource["av.VideoFrame"]):
     Args:
         pictures: the camera.
         model: see `PoseFinder`.
-        mirrored: the camera exchanges left and right, as selfie cameras do.
+        mirrored: the camera swaps left and right, as selfie cameras do.
         hands: look for the hands too.
 
     Raises:
@@ -52,7 +52,7 @@ class PosedSource(ReadingSource["av.VideoFrame"]):
 
     Attributes:
         mirrored: as given.
-        on_picture: hears every picture as it comes, also those that are skipped; None = nobody.
+        on_picture: called with every picture as it comes, also with skipped ones; None = not called.
     """
 
     joint_set = JOINT_SET

@@ -1,4 +1,4 @@
-"""A source that reads a camera's images: in real time the newest, and those that come meanwhile are skipped."""
+"""A source that reads a camera's images; in real time it reads the newest and skips those that come meanwhile."""
 
 import asyncio
 import time
@@ -48,7 +48,7 @@ class ReadingSource(Source, Generic[_Image]):
 
     @property
     def settled(self) -> bool:
-        """Whether `measured_rate` is that of enough frames to be judged."""
+        """Whether `measured_rate` covers enough frames to be judged."""
         return len(self._done_ns) == _RATE_FRAMES
 
     def clock_ns(self) -> int:

@@ -172,9 +172,8 @@ class RecordingSource(Source):
     """Plays one camera of a recording.
 
     In real time it loops in step with the wall clock, so that clients of the same recording
-    play the same moment. Frames are stamped anew by the wall clock, with the offsets between the recorded
-    clocks. Otherwise it plays once, as fast as the link accepts it, with the
-    recorded stamps.
+    play the same moment. Frames get new stamps from the wall clock, with the offsets between the recorded
+    clocks. Otherwise it plays once, as fast as the link accepts it, with the recorded stamps.
 
     Args:
         camera: to play.

@@ -24,7 +24,7 @@ class SourceFrame:
         picture: the landmarks of a camera without depth, whose `positions` are not sent; `confidence` is how visible
             they are.
         body: the device's own number of the body.
-        others: further bodies at the same moment, each with another number; of them no image or landmarks are sent.
+        others: further bodies at the same moment, each with another number, sent without image or landmarks.
     """
 
     device_time_ns: int

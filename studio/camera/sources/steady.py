@@ -1,5 +1,4 @@
-"""Reconnection of a device, of depth or of skeletons: it is opened again, after growing pauses, when lost or
-silent."""
+"""Reconnection of a device of depth or skeletons: if lost or silent, it is opened again, after growing pauses."""
 
 import asyncio
 import logging
@@ -36,7 +35,7 @@ class Patience:
 def steady(
     open_device: Callable[[], Source | DepthSource], patience: Patience | None = None
 ) -> "SteadySource | SteadyDepthSource":
-    """Return a device that reconnects: of depth if the device is, else of skeletons.
+    """Return a device that reconnects: a depth camera if the device is one, else a source of skeletons.
 
     Times stay on one clock, that of this machine. A device that comes back with another serial number or other
     intrinsics is another camera and is refused.

@@ -72,8 +72,8 @@ class PlayedVideo(PictureSource):
     """Plays a video.
 
     In real time it loops in step with the wall clock, so that clients with videos of one length play the same
-    moment; frames have the time of the wall clock. Where this machine cannot decode that fast, it goes on at a later
-    key frame. Otherwise it plays once, every frame, with the video's own times.
+    moment; frames have the time of the wall clock. If this machine cannot decode that fast, it continues at a later
+    keyframe. Otherwise it plays once, every frame, with the video's own times.
 
     Args:
         video: to play.

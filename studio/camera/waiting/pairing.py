@@ -1,8 +1,9 @@
-"""How a studio shows a waiting client that its operator knows the client's code; the code itself is never sent.
+"""Proof to a waiting client that a studio's operator knows the client's code; the code itself is never sent.
 
 Both sides are on one TCP connection and send lines of JSON. The client begins: `{"nonce"}`. The studio answers
-`{"nonce", "server", "proof"}`, the client `{"proof"}` or `{"refused"}`. Keys are made of the code and both nonces by
-scrypt, proofs by HMAC. Both sides make the client's token for the studio's link of the same key: no secret is sent.
+`{"nonce", "server", "proof"}`, the client `{"proof"}` or `{"refused"}`. scrypt makes the key from the code and both
+nonces, HMAC the proofs. Both sides make the client's token for the studio's link from the same key: no secret is
+sent.
 """
 
 import hashlib
@@ -15,20 +16,20 @@ from typing import Any
 from studio.engine.base.errors import FormatError
 
 SERVICE = "_capture-camera._tcp.local."
-"""Name of the announcement, as DNS-SD has it."""
+"""DNS-SD service type of the announcement."""
 
 MAX_LINE = 2000
 TALK_S = 20.0
-"""Longest time of one connection."""
+"""Timeout of one connection [s]."""
 
 _SIGNS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
-"""Signs of codes, without those that look like others."""
+"""Characters of codes, without those that look like others."""
 _LENGTH, _GROUP = 12, 4
 _NONCE_BYTES = 16
 
 
 def new_code() -> str:
-    """Return a code to be shown and typed: 12 signs (59 bits) in groups of four."""
+    """Return a code to be shown and typed: 12 characters (59 bits) in groups of four."""
     signs = "".join(secrets.choice(_SIGNS) for _ in range(_LENGTH))
     return "-".join(signs[k : k + _GROUP] for k in range(0, _LENGTH, _GROUP))
 
@@ -59,11 +60,11 @@ class Pairing:
         return cls(hashlib.scrypt(plain.encode(), salt=salt, n=1 << 14, r=8, p=1, dklen=32), server)
 
     def proof(self, side: str) -> str:
-        """Return what proves that a side (`studio` or `client`) knows the code, and that it means this server."""
+        """Return the proof that a side (`studio` or `client`) knows the code and means this server."""
         return self._made(f"{side} {self.server}")
 
     def proves(self, side: str, proof: object) -> bool:
-        """Whether a proof is that of a side."""
+        """Whether a proof is the right one for a side."""
         return isinstance(proof, str) and hmac.compare_digest(proof.encode(), self.proof(side).encode())
 
     @property
@@ -84,7 +85,7 @@ def read_line(line: bytes) -> dict[str, Any]:
     """Return one message's values.
 
     Raises:
-        FormatError: it is not complete, too long, or no JSON object.
+        FormatError: it is incomplete, too long, or not a JSON object.
     """
     try:
         value = json.loads(line) if line.endswith(b"\n") and len(line) <= MAX_LINE else None

@@ -1,4 +1,4 @@
-"""`studio camera --wait`: a camera client that waits for a studio, serves it, and waits again once it is let go."""
+"""`studio camera --wait`: a camera client that waits for a studio, serves it, and waits again once it is released."""
 
 import sys
 from typing import Any

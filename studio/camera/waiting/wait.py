@@ -29,7 +29,7 @@ from studio.camera.waiting.pairing import (
 from studio.engine.base.errors import SettingsError, StudioError
 
 TTL_S = 60
-"""How long others believe in the announcement of a client that was killed."""
+"""Time until the announcement of a killed client expires [s]."""
 
 _MOST_CALLS = 4
 _log = logging.getLogger(__name__)
@@ -44,7 +44,7 @@ class StudioCall:
 
 
 def wait_for_call(name: str, kind: str, host: str, show: Callable[[str], None]) -> StudioCall | None:
-    """Announce a camera and wait for a studio's call; return None where the client is stopped.
+    """Announce a camera and wait for a studio's call; return None if the client is stopped.
 
     Args:
         name: of the camera.
@@ -96,13 +96,13 @@ async def _wait(name: str, kind: str, host: str, show: Callable[[str], None]) ->
 
 
 async def _talk(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, code: str) -> StudioCall | None:
-    """Return the call of a studio that knows the code; None of one that does not."""
+    """Return the call of a studio that knows the code; None if it does not."""
     nonce = new_nonce()
     writer.write(line_of(nonce=nonce))
     await writer.drain()
     said = read_line(await reader.readuntil(b"\n"))
     server = text_in(said, "server")
-    link_url(server)  # raises where it is no address
+    link_url(server)  # raises if it is no address
     pairing = await asyncio.to_thread(Pairing.of, code, nonce, text_in(said, "nonce"), server)
     knows = pairing.proves("studio", said.get("proof"))
     writer.write(line_of(proof=pairing.proof("client")) if knows else line_of(refused="code"))
@@ -149,7 +149,7 @@ async def _announced(name: str, kind: str, host: str, port: int) -> AsyncIterato
 
 
 def own_addresses() -> list[str]:
-    """Return this machine's IPv4 addresses in networks; the loopback's where there is no other."""
+    """Return this machine's IPv4 addresses in networks; the loopback's if there is no other."""
     found = [str(ip.ip) for adapter in ifaddr.get_adapters() for ip in adapter.ips if ip.is_IPv4]
     outside = [one for one in found if not ipaddress.ip_address(one).is_loopback]
     return outside or ["127.0.0.1"]

@@ -1,3 +1,3 @@
-"""The edits of a take on disk: `edits.json` (`kept`), its changes with undo and redo (`change`), what is allowed
-(`check`), and edits that were made under another calibration (`carry`).
+"""The edits of a take on disk: `edits.json` (`kept`), its changes with undo and redo (`change`), the check of
+whether they are allowed (`check`), and edits made under another calibration (`carry`).
 """

@@ -1,4 +1,4 @@
-"""Edits that were made before a take was calibrated anew: their places and directions go with the cameras."""
+"""Edits made before a take was calibrated again: their places and directions move with the cameras."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ class EditsOfSolve:
 
     Attributes:
         edits: those that are on, under the calibration in use.
-        revision: of the list; None where it cannot be read.
+        revision: of the list; None if it cannot be read.
         says: why some are not used, or were carried to another calibration; "" = nothing.
     """
 
@@ -29,8 +29,8 @@ class EditsOfSolve:
 
 
 def edits_of_solve(take: Take) -> EditsOfSolve:
-    """Return the edits that a solve honours. A list that cannot be read, or not be carried to the calibration in use,
-    is left out, and `says` tells so: the take can be solved all the same."""
+    """Return the edits that a solve honours. A list that cannot be read, or cannot be carried to the calibration in
+    use, is left out, and `says` reports it: the take can still be solved."""
     try:
         kept, says = carried(take, read_edits(take))
     except (FormatError, TakeError) as error:
@@ -43,7 +43,7 @@ def edits_of_solve(take: Take) -> EditsOfSolve:
 def carried(take: Take, kept: TakeEdits) -> tuple[TakeEdits, Said | str]:
     """Return the list with its places and directions under the calibration in use, and a sentence if they moved.
 
-    They keep their places before the cameras that both calibrations have.
+    They keep their places relative to the cameras that both calibrations have.
 
     Raises:
         TakeError: a calibration cannot be read, or they have no camera in common.

@@ -16,7 +16,7 @@ from studio.take.folder.take import Take
 
 MOST_EDITS = 2000
 MOST_UNDONE = 100
-"""So many changes can be taken back at most."""
+"""Maximum number of changes that can be undone."""
 
 _WAIT_S = 5.0
 
@@ -28,20 +28,21 @@ class StaleEditsError(TakeError):
 def change_edits(
     take: Take, put: Sequence[Edit] = (), remove: Sequence[str] = (), *, revision: int | None = None
 ) -> TakeEdits:
-    """Put edits into a take's list, or in the place of those with their ids, and remove others; return the list.
+    """Add edits to a take's list, or replace those with the same ids, and remove others; return the list.
 
-    All of it is one change: it is undone at once.
+    All of it is one change, undone in one step.
 
     Args:
         take: whose edits.
         put: an empty id gets a new one.
         remove: ids.
-        revision: that of the list on which the change was made; None = whatever the list is. An edit that another
+        revision: that of the list on which the change was made; None = any. An edit that another
             program has changed or removed since is not overwritten.
 
     Raises:
-        StaleEditsError: an edit is another one since `revision`.
-        TakeError: an edit that is not allowed for this take, no edit with such an id, or too many.
+        StaleEditsError: an edit has changed since `revision`.
+        TakeError: an edit that is not allowed for this take, no edit with such an id, too many, or another
+            program holds the take.
         FormatError: see `read_edits`.
     """
 
@@ -62,11 +63,11 @@ def change_edits(
 
 
 def undo_edits(take: Take, *, revision: int | None = None) -> TakeEdits:
-    """Take the last change of a take's edits back; return the list.
+    """Undo the last change of a take's edits; return the list.
 
     Raises:
-        StaleEditsError: the list is another one since `revision`.
-        TakeError: there is no change to take back.
+        StaleEditsError: the list has changed since `revision`.
+        TakeError: there is no change to undo, or another program holds the take.
         FormatError: see `read_edits`.
     """
 
@@ -74,11 +75,11 @@ def undo_edits(take: Take, *, revision: int | None = None) -> TakeEdits:
 
 
 def redo_edits(take: Take, *, revision: int | None = None) -> TakeEdits:
-    """Make the change that was last taken back again; return the list.
+    """Redo the change that was undone last; return the list.
 
     Raises:
-        StaleEditsError: the list is another one since `revision`.
-        TakeError: there is no change to make again.
+        StaleEditsError: the list has changed since `revision`.
+        TakeError: there is no change to redo, or another program holds the take.
         FormatError: see `read_edits`.
     """
 
@@ -86,7 +87,7 @@ def redo_edits(take: Take, *, revision: int | None = None) -> TakeEdits:
 
 
 def _gone_over(take: Take, revision: int | None, *, back: bool) -> TakeEdits:
-    """Take the last change back, or make the one that was taken back again."""
+    """Undo the last change, or redo the one that was undone last."""
 
     def change(kept: TakeEdits) -> TakeEdits:
         _check_same(kept, revision)
@@ -121,7 +122,7 @@ def _changed(take: Take, change: Callable[[TakeEdits], TakeEdits]) -> TakeEdits:
 
 @contextmanager
 def _held(take: Take) -> Iterator[None]:
-    """Wait until no other program changes the take's edits."""
+    """Hold the take during the block; first wait until no other program holds it."""
     until_s = time.monotonic() + _WAIT_S
     while (handle := hold(take.path)) is None:
         if time.monotonic() > until_s:
@@ -134,7 +135,7 @@ def _held(take: Take) -> Iterator[None]:
 
 
 def _steps(kept: TakeEdits, put: Sequence[Edit], remove: Sequence[str]) -> tuple[EditStep, ...]:
-    """Return the steps of a change; what changes nothing makes none.
+    """Return the steps of a change; an edit that stays the same makes none.
 
     Raises:
         TakeError: no edit with such an id.
@@ -168,7 +169,7 @@ def _place(edits: Sequence[Edit], id_: str) -> int | None:
 
 
 def _made(kept: TakeEdits, steps: Sequence[EditStep]) -> TakeEdits:
-    """Return the list with the steps made, in their order."""
+    """Return the list with the steps applied in order."""
     edits, changed_in, revision = [*kept.edits], dict(kept.changed_in), kept.revision + 1
     for step in steps:
         if step.before is not None:

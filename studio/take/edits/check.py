@@ -32,7 +32,7 @@ MOST_EASE_S = 10.0
 FURTHEST_M = 100.0
 SLOWEST = 20.0
 APART_M = 0.5
-"""Two pins of one joint at one time contradict each other if they are further apart, less their radii [m]."""
+"""Distance less their radii beyond which two pins of one joint at one time contradict each other [m]."""
 
 TOUCHING = tuple(
     f"{side}_{part}" for side in ("left", "right") for part in ("hand", "ankle", "toe", "knee", "hip")
@@ -53,7 +53,7 @@ def check_edits(take: Take, edits: Sequence[Edit], others: Iterable[Edit] = ()) 
     cameras, performers = _cameras(take), take.all_performers() or [PERFORMER]
     others = [*others]
     cut = any(isinstance(one, TrimEdit | RetimeEdit) for one in (*edits, *others))
-    span = None if cut else solved_span(take)  # solves with these edits do not tell how long the take is
+    span = None if cut else solved_span(take)  # solves with these edits do not show the take's length
     for one in edits:
         wrong = next(
             filter(None, (*_common(one, performers, span), *_own(one), *_of_camera(one, cameras))), None
@@ -68,7 +68,7 @@ def check_edits(take: Take, edits: Sequence[Edit], others: Iterable[Edit] = ()) 
 
 
 def solved_span(take: Take) -> tuple[float, float] | None:
-    """Return from when to when the solves of a take have poses, stage time [s]; None where nothing tells it."""
+    """Return the first and last time of poses in a take's solves, stage time [s]; None if unknown."""
     spans = [span for file in (take.path / "solves").glob(f"**/{POSES}") if (span := _times(file))]
     return (min(begin for begin, _ in spans), max(end for _, end in spans)) if spans else None
 
@@ -90,7 +90,7 @@ def _cameras(take: Take) -> set[str]:
 
 
 def _common(one: Edit, performers: Sequence[str], span: tuple[float, float] | None) -> Iterator[Said | None]:
-    """Yield what is wrong with what all edits have."""
+    """Yield the errors in the fields that all edits have."""
     if not _ID.fullmatch(one.id):
         yield say("edits.id", "its id is not allowed; allowed: up to 40 letters, digits and . _ -")
     for name, values in _numbers(one):
@@ -128,7 +128,7 @@ def _numbers(one: Edit) -> Iterator[tuple[str, tuple[float, ...]]]:
 
 @singledispatch
 def _own(one: Edit) -> Iterator[Said | None]:
-    """Yield what is wrong with what only edits of this kind have."""
+    """Yield the errors in the fields that only edits of this kind have."""
     yield from ()
 
 

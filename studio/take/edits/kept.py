@@ -20,7 +20,7 @@ class EditStep(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One edit that was put in, changed or removed.
 
     Attributes:
-        place: where it stands, or stood, in the list, from 0.
+        place: its present or former place in the list, from 0.
         before: None = it was put in.
         after: None = it was removed.
     """
@@ -38,8 +38,8 @@ class TakeEdits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         calibration: number of the calibration under which the places and directions hold; None = none was in use.
         edits: in the order in which they were made.
         changed_in: revision in which each edit was last changed, by its id.
-        undo: changes that can be taken back, the last one last; each is one or several steps.
-        redo: changes that were taken back, the next one last.
+        undo: changes that can be undone, the last one last; each is one or several steps.
+        redo: changes that were undone, the next one last.
     """
 
     revision: int = 0
@@ -55,7 +55,7 @@ class TakeEdits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 def read_edits(take: Take) -> TakeEdits:
-    """Return what a take's `edits.json` holds; no edits where there is no such file.
+    """Return the content of a take's `edits.json`; no edits if there is no such file.
 
     Raises:
         FormatError: it is damaged, or a newer program wrote it.

@@ -22,8 +22,9 @@ def evaluate_solves(
     *,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Evaluation]:
-    """Return the figures of a take's solves by name, as from `metrics.evaluate`, of several performers those of the
-    one whose motion the reference is; `progress` receives 0 to 1.
+    """Return the figures of a take's solves by name, as from `metrics.evaluate`; `progress` receives 0 to 1.
+
+    With several performers, they are the figures of the one whose motion the reference is.
 
     Raises:
         TakeError: a solve has no such performer.

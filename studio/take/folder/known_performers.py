@@ -1,4 +1,4 @@
-"""Who was known when a take was recorded on a stage of several, by their bones, in `take.json`."""
+"""Performers known by their bones when a take of several performers was recorded, in `take.json`."""
 
 from collections.abc import Iterable
 

@@ -2,7 +2,7 @@
 
 - JSON: `intrinsics` of a calibration (`fx`, `fy`, `cx`, `cy`, `width`, `height`, `distortion`), a whole one, or
   OpenCV's matrix (`camera_matrix` and `image_size`, maybe `distortion_coefficients`).
-- TOML of Pose2Sim, FreeMoCap and Anipose: a table a camera with `name`, `size`, `matrix` and `distortions`.
+- TOML of Pose2Sim, FreeMoCap and Anipose: a table per camera with `name`, `size`, `matrix` and `distortions`.
 """
 
 import json
@@ -23,7 +23,7 @@ _DISTORTION = ("distortions", "distortion", "distortion_coefficients", "dist_coe
 
 
 def read_lenses(file: str | Path) -> dict[str, Lens]:
-    """Return the lenses in a file by the names of their cameras; "" where it has one without a name.
+    """Return the lenses in a file by the names of their cameras; "" for a lens without a name.
 
     Raises:
         FormatError: there is no such file, it cannot be read, or has no lens.

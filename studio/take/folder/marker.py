@@ -30,7 +30,7 @@ class RecordingMarker(msgspec.Struct, frozen=True):
 
     Attributes:
         session, take, take_id: the take.
-        state: `recording`, or `stopping` once its end was asked for.
+        state: `recording`, or `stopping` once its end was requested.
         began_ns: beginning on the server's clock [ns].
         server_ns, wall_ns: one instant on the server's clock and on the wall clock [ns].
         machine: identifier of this boot of the machine; empty where the system has none.

@@ -1,6 +1,6 @@
-"""What was measured of a solve, kept beside it in `measured.json`, so that takes are found by their figures.
+"""Measured figures of a solve, kept with it in `measured.json`, so that takes are found by them.
 
-It is derived: gone with the solve, and of a reference with it or with how it is aligned.
+They are derived: they go with the solve; those against a reference go when it or its alignment changes.
 """
 
 import json
@@ -32,7 +32,7 @@ def keep_measured(
 ) -> None:
     """Keep figures of the solve in a folder: its own, and those against references by their names.
 
-    What was kept of others stays. A folder that cannot be written keeps nothing.
+    Figures against other references stay. A folder that cannot be written keeps nothing.
     """
     kept = _read(solve)
     references = {**kept["references"], **{name: _numbers(figures) for name, figures in against.items()}}
@@ -40,15 +40,15 @@ def keep_measured(
 
 
 def forget_measured(solve: Path, reference: str) -> None:
-    """Forget what was measured of a solve against a reference that is another now."""
+    """Delete the figures of a solve against a reference that has changed."""
     kept = _read(solve)
     if kept["references"].pop(reference, None) is not None:
         _write(solve, kept)
 
 
 def measured_figures(solve: Path) -> Iterator[tuple[str, float]]:
-    """Yield what a search asks of a solve: `jumps`, and as it was measured `jitter` [mm], `slide` [cm/s], `edits`
-    [1/min] and, once for each reference, `error` [mm]; of several performers those of each."""
+    """Yield a solve's figures for searches: `jumps` and, if measured, `jitter` [mm], `slide` [cm/s], `edits` [1/min]
+    and, once for each reference, `error` [mm]; with several performers, those of each."""
     for folder in (solve, *sorted(file.parent for file in solve.glob(f"*/{POSES}"))):
         yield from _figures_in(folder)
 
@@ -77,7 +77,7 @@ def _numbers(figures: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _read(solve: Path) -> _Kept:
-    """Return what is kept; nothing where there is no such file, or a damaged one."""
+    """Return the kept figures; none if the file is missing or damaged."""
     file = solve / MEASURED
     try:
         value = MEASURED_FIGURES.current(json.loads(file.read_text(encoding="utf-8")), file)
@@ -93,6 +93,6 @@ def _write(solve: Path, value: _Kept) -> None:
     try:
         if solve.is_dir():
             write_json(solve / MEASURED, MEASURED_FIGURES.stamped(value), to_disk=False)
-            os.utime(solve.parent)  # of a performer's folder, that of the solve tells the index of takes
+            os.utime(solve.parent)  # the index of takes checks the solve's folder, not a performer's
     except (StudioError, ValueError, OSError):
         return

@@ -10,8 +10,8 @@ class CameraMeta(TypedDict):
     """A camera of a take: its device, and the client's starts (`boot_ids`).
 
     Attributes:
-        clock_within_s: how far its clock may be from that of the other cameras with this key [s]; missing: it has a
-            clock of its own.
+        clock_within_s: maximum offset between its clock and that of the other cameras with this key [s]; missing: it
+            has its own clock.
     """
 
     name: str
@@ -32,12 +32,12 @@ class MarkerMeta(TypedDict):
 
 
 class PartMeta(TypedDict):
-    """A part of another take's solve that a take was spliced of.
+    """A part of another take's solve, used in a spliced take.
 
     Attributes:
-        take: its id then, session/name.
+        take: its id at that time, session/name.
         solve, performer: which; performer "" = the only one.
-        start_s, end_s: what was used of it, in its time [s].
+        start_s, end_s: the part used, in its time [s].
     """
 
     take: str
@@ -51,9 +51,9 @@ class TakePerformerMeta(TypedDict):
     """A performer who was known when a take was recorded.
 
     Attributes:
-        number: from 1, in the order in which they came in.
+        number: from 1, in order of entry.
         proportions: None = those of the calibration.
-        bones_m: lengths as they were seen, both sides as one, by canonical joint; unknown ones are left out [m].
+        bones_m: measured lengths by canonical joint, both sides as one; unknown ones are left out [m].
     """
 
     number: int
@@ -65,18 +65,18 @@ class TakeMeta(TypedDict):
     """A take: its names, when it was created (ISO 8601, UTC), its cameras, its slate.
 
     Attributes:
-        performers: who was known on a stage of several when it was recorded live.
+        performers: those known on a stage of several when it was recorded live.
         calibration: number of the one in use.
         calibration_s: length of the calibration part at the beginning [s]; None = no such part.
         recording: state of the recording.
-        take_id: names a live take for good.
+        take_id: permanent id of a live take.
         timecode: of a live take: time of day at its start, `hh:mm:ss:ff`.
-        timecode_rate: of a take that was recorded with timecode: its rate.
+        timecode_rate: rate of the timecode of a take recorded with one.
         number: of a live take, within the session.
         performer_names: names of its performers, by `performer_1`, ...
-        parts: of a take that was spliced: what of, in their order.
+        parts: of a spliced take: its parts in order.
         exchanges: of performers, in the order in which they were made.
-        video_unwanted: its video was thrown away: what cameras still have of it does not come.
+        video_unwanted: its video was thrown away; cameras do not send what they still have of it.
     """
 
     format_version: int

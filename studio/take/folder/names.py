@@ -18,7 +18,7 @@ _KINDS = {
 _REFUSED = re.compile(r"[^\w .()+=@,&!#~-]+")
 
 MAX_NAME = 63
-"""Characters of a name of the studio's own."""
+"""Maximum length of one of the studio's own names."""
 
 
 def is_safe_name(name: str, longest: int = MAX_NAME) -> bool:
@@ -52,13 +52,13 @@ def check_name(kind: str, name: str) -> str:
 
 
 def safe_name(text: str, otherwise: str) -> str:
-    """Return a name of a take that is as near to a text as is allowed; `otherwise` where nothing of it is left."""
+    """Return the allowed name of a take that is closest to a text; `otherwise` if nothing of it is left."""
     name = _REFUSED.sub("_", text).strip(" ._")[: MAX_NAME - 8].strip(" ._")
     return name if is_safe_name(name) else otherwise
 
 
 def free_name(wanted: str, is_taken: Callable[[str], bool]) -> str:
-    """Return a name, or numbered where it is taken: `walk`, `walk_2`, `walk_3`."""
+    """Return the wanted name, numbered if it is taken: `walk`, `walk_2`, `walk_3`."""
     number, name = 1, wanted
     while is_taken(name):
         number += 1

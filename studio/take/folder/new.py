@@ -29,7 +29,7 @@ def new_take(
     notes: str = "",
     created: str | None = None,
 ) -> Iterator[Take]:
-    """Yield a take in a temporary folder beside `path`, moved to `path` when the block ends without error.
+    """Yield a take in a temporary folder next to `path`, moved to `path` when the block ends without error.
 
     After the block the take's `path` is the final one and its recording state `done`. An error or an
     interruption leaves nothing, not even new parent folders.

@@ -1,4 +1,4 @@
-"""What an operator says of a take's performers, in `take.json`: their names, and where two were exchanged."""
+"""An operator's entries on a take's performers in `take.json`: their names, and where two were exchanged."""
 
 import math
 import re
@@ -31,7 +31,7 @@ def shown_name(meta: TakeMeta, performer: str) -> str:
 
 
 def performer_by_name(meta: TakeMeta, name: str) -> str:
-    """Return the performer, `performer_1`, ..., who has a name; the name itself where nobody has it."""
+    """Return the performer, `performer_1`, ..., with a name; the name itself if nobody has it."""
     named = meta.get("performer_names", {})
     return next((performer for performer, own in named.items() if own == name), name)
 

@@ -12,7 +12,7 @@ from studio.take.folder.take import Take
 
 class PlacedReference(msgspec.Struct):
     """A reference in the stage frame of a solve: its alignment, its canonical joints, and the covered part of the
-    solve, from and to after its beginning [s]."""
+    solve, first and last time after its beginning [s]."""
 
     aligned: Aligned
     joints: list[str]

@@ -32,7 +32,7 @@ class HowAligned:
         align_time: it has its own clock, whose offset and drift are estimated.
         align: `rigid`, or `similarity` (the size too).
         unit_m: metres per unit of a BVH; None = by a height of 1.75 m.
-        performer: of several whose motion it is; None = the first one's.
+        performer: the one of several whose motion it is; None = the first one.
     """
 
     align_time: bool = False
@@ -82,8 +82,9 @@ def keep_how_aligned(take: Take, name: str, how: HowAligned) -> None:
 
 
 def placed_path(take: Take, name: str, solve: str, how: HowAligned | None = None) -> Path:
-    """Return the path of a reference in a solve's stage frame, of several performers beside the poses of the one
-    whose motion it is: as `how` says, else as is stored.
+    """Return the path of a reference in a solve's stage frame, next to the poses of the performer whose motion it is.
+
+    `how` selects the performer; if None, the stored options do.
 
     Raises:
         TakeError: the solve has no such performer.
@@ -151,7 +152,7 @@ def restore_reference(take: Take, name: str) -> None:
 
 
 def offered_files(sessions: Path) -> list[str]:
-    """Return possible references in the sessions' folder, by their path in it: files beside takes, such as
+    """Return possible references in the sessions' folder, by their path in it: files next to takes, such as
     `<take>.truth.csv`, and files in the folder itself; at most 500.
     """
     found = []

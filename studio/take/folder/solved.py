@@ -13,11 +13,11 @@ class SolvedPerformer:
     """A performer of a solve.
 
     Attributes:
-        performer: `performer_1`, ... in the order in which they came in.
-        name: as the operator named them, else as `performer`; "" for one who is alone.
-        poses: in the stage frame, from where they came in.
-        undecided_s: spans of stage time [s] in which they were not told apart from another; None for one who
-            is alone.
+        performer: `performer_1`, ... in order of entry.
+        name: the operator's name for them, else as `performer`; "" for a single performer.
+        poses: in the stage frame, from their entry on.
+        undecided_s: spans of stage time [s] in which they were not told apart from another; None for a single
+            performer.
     """
 
     performer: str
@@ -32,7 +32,7 @@ class SolvedPerformer:
 
 
 def solved_performers(take: Take, solve: str, only: str | None = None) -> list[SolvedPerformer]:
-    """Return the performers of a solve, in the order in which they came in; `only` the one of this name.
+    """Return the performers of a solve in order of entry; with `only`, the one of this name.
 
     Raises:
         TakeError: no such performer.
@@ -40,7 +40,7 @@ def solved_performers(take: Take, solve: str, only: str | None = None) -> list[S
     """
     names = take.performer_names(solve)
     if only is not None:
-        take.performer_folder(solve, only)  # reports who is not there
+        take.performer_folder(solve, only)  # reports a missing performer
         names = [performer_by_name(take.meta, only)] if names else []
     if not names:
         return [SolvedPerformer(PERFORMER, "", Poses.load(take.solve_folder(solve) / POSES), None)]

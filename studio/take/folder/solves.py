@@ -24,7 +24,7 @@ from studio.take.folder.names import check_name
 from studio.take.folder.take import POSES, Take
 
 TRACE = "trace.npz"
-"""Inputs of a solve's frames; the solve `live` and imported ones have none."""
+"""Inputs of a solve's frames; the solve `live` and imported solves have none."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def write_solve(
 ) -> Path:
     """Write `solves/<name>/` with settings.json, poses.npz, metrics.json and trace.npz; return the folder.
 
-    As `write_performers`, for one.
+    Like `write_performers`, for a single performer.
     """
     only = {"": Solved(poses, metrics, trace)}
     return write_performers(take, name, settings=settings, performers=only, metrics=metrics, to_disk=to_disk)
@@ -66,8 +66,8 @@ def write_performers(
     """Write `solves/<name>/` with settings.json and metrics.json, and for each performer a folder of their name with
     poses.npz, metrics.json and trace.npz; return the folder.
 
-    A solve of that name is replaced; an error leaves it unchanged. Without `to_disk`
-    the data may not be on the disk yet.
+    A solve of that name is replaced; an error leaves it unchanged. Without `to_disk`, the data may not be on the disk
+    yet.
 
     Args:
         performers: by name; the name "" stands for the only one, whose files lie in `solves/<name>/` itself.
@@ -120,8 +120,7 @@ def read_metrics(folder: Path) -> SolveMetrics | None:
 
 
 def solve_disagreements(folder: Path) -> dict[str, list[Span]]:
-    """Return by camera the spans in which it did not agree with the others in a solve, in stage time; may be
-    empty."""
+    """Return by camera the spans of stage time in which it disagreed with the others in a solve; may be empty."""
     found = (read_metrics(folder) or {}).get("disagrees", {})
     try:
         return {str(name): [Span.from_json(span) for span in spans] for name, spans in found.items()}
@@ -140,7 +139,7 @@ def undecided_spans(folder: Path) -> list[tuple[float, float]]:
 
 
 def solve_camera_moves(folder: Path) -> dict[str, tuple[float, float]]:
-    """Return by camera how far it was moved [mm] and turned [degrees] before a solve; empty where nothing says."""
+    """Return by camera how far it was moved [mm] and turned [degrees] before a solve; empty if unknown."""
     found = (read_metrics(folder) or {}).get("cameras_moved", {})
     try:
         return {str(name): (float(one["moved_mm"]), float(one["turned_deg"])) for name, one in found.items()}
@@ -149,7 +148,7 @@ def solve_camera_moves(folder: Path) -> dict[str, tuple[float, float]]:
 
 
 def time_map(take: Take, solve: str) -> TimeMap:
-    """Return what the time of a solve is in stage time: the same, but where its edits retime parts."""
+    """Return the map from a solve's time to stage time: the identity, except where its edits retime parts."""
     found = (read_metrics(take.solve_folder(solve)) or {}).get("retimed", [])
     try:
         return TimeMap([RetimeEdit(id=str(k), **one) for k, one in enumerate(found)])

@@ -168,7 +168,7 @@ class Take:
         try:
             take.save_meta()
         except StudioError:
-            shutil.rmtree(path, ignore_errors=True)  # `check_free` saw that it was empty
+            shutil.rmtree(path, ignore_errors=True)  # `check_free` found it empty
             raise
         return take
 
@@ -236,7 +236,7 @@ class Take:
         self.meta["cameras"].append(camera)
 
     def common_clocks(self) -> dict[str, float]:
-        """Return how far the clocks of cameras that were brought to one clock may be apart [s], by camera."""
+        """Return the maximum offset of the clocks of cameras that were brought to one clock [s], by camera."""
         found = ((camera["name"], camera.get("clock_within_s")) for camera in self.meta["cameras"])
         return {name: within_s for name, within_s in found if within_s is not None}
 
@@ -274,7 +274,7 @@ class Take:
         return _numbers((self.path / "calibrations").glob("*.json"))
 
     def add_calibration(self, calibration: Calibration, *, use: bool) -> int:
-        """Store a calibration under the next number, which is returned; `use` makes it the one in use."""
+        """Store a calibration under the next number and return that; `use` puts it in use."""
         number = max(self.calibration_numbers(), default=0) + 1
         write_json(self.calibration_path(number), calibration.to_json())
         if use:
@@ -299,7 +299,7 @@ class Take:
         return sorted(name for name in found if is_safe_name(name))
 
     def performer_names(self, solve: str) -> list[str]:
-        """Names of the performers of a solve of several, in the order in which they came in; empty for one of one.
+        """Names of the performers of a solve of several, in order of entry; empty for a solve of one.
 
         Raises:
             TakeError: a name that is not allowed.
@@ -307,7 +307,7 @@ class Take:
         return _in_order(self.solve_folder(solve).glob(f"*/{POSES}"))
 
     def all_performers(self) -> list[str]:
-        """Names of the performers of all solves of several, in the order in which they came in; empty for one."""
+        """Names of the performers of all solves of several, in order of entry; empty for one."""
         return _in_order((self.path / "solves").glob(f"*/*/{POSES}"))
 
     def performer_folder(self, solve: str, performer: str | None = None) -> Path:
@@ -334,7 +334,7 @@ class Take:
 
 
 def _in_order(poses: Iterable[Path]) -> list[str]:
-    """Return the names of performers with these poses, in the order in which they came in."""
+    """Return the names of performers with these poses, in order of entry."""
     names = {file.parent.name for file in poses}
     return sorted((name for name in names if is_safe_name(name)), key=lambda name: (len(name), name))
 
@@ -365,7 +365,7 @@ def read_calibration(file: Path) -> Calibration:
 
 
 def _not_made(path: Path, error: OSError) -> TakeError:
-    """Return the error for a folder in which the system lets no take be made."""
+    """Return the error for a folder in which the system refuses to make a take."""
     return TakeError(
         "take.not_made",
         "cannot make a take at {path}: {error}; choose another folder",

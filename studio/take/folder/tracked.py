@@ -36,8 +36,8 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Tracked:
-    """One camera's skeletons of a whole take, the tracker's last estimate of the performer, and how cameras were
-    refined before, as JSON has it."""
+    """One camera's skeletons of a whole take, the tracker's last estimate of the performer, and the refinement of the
+    cameras before it, as JSON."""
 
     frames: list[CameraFrame]
     performer: Performer | None = None
@@ -48,7 +48,7 @@ def read_tracked(take: Take, name: str, made_with: Any = None) -> Tracked | None
     """Return the skeletons stored as `name`; None if there are none, or none of these frames and this tracker.
 
     Args:
-        made_with: further inputs of the tracking beside the frames and the tracker, as JSON.
+        made_with: further inputs of the tracking besides the frames and the tracker, as JSON.
     """
     try:
         kept = read_arrays(_file(take, name), _KEYS, TRACKED)
@@ -90,7 +90,7 @@ def keep_tracked(take: Take, name: str, tracked: Tracked, made_with: Any = None)
 
 
 def _frames(camera: str, kept: Mapping[str, NDArray[Any]]) -> list[CameraFrame]:
-    """Return the stored frames; a row is a body, and `others` tells how many more of its frame follow it."""
+    """Return the stored frames; a row is a body, and `others` is the number of further rows of its frame."""
     numbers, times_ns = kept["sequence"].tolist(), kept["device_time_ns"].tolist()
     rows = zip(numbers, times_ns, kept["positions"], kept["confidence"], kept["body"].tolist(), strict=True)
     bodies = [CameraFrame(camera, *row[:4], body=row[4]) for row in rows]

@@ -3,7 +3,7 @@
 `recording` holds the result of an importer and writes it as a take. The importers are `camera_folders` (which reads
 `joints_csv` and `depth_folder`), `kinect_v2` (its CSV of one sensor and of two), `k4a_mkv`, `ros_bag` (on
 `bag_files`), `recording_files`, `raw_file`, `videos`, which finds landmarks, and `keypoints`, which reads those of
-others. `table` reads CSV, and `k4a` the metadata of Azure Kinect files.
+other programs. `table` reads CSV, and `k4a` the metadata of Azure Kinect files.
 `animation` makes takes of animations, without raw.
 """
 
@@ -37,7 +37,7 @@ class Importer:
     matches: Callable[[Path], bool]
     read: Callable[[Path, Progress], ReadRecording]
     share: float = 0.3
-    """Of an import's time, the part for reading; the rest is for writing."""
+    """Share of an import's time for reading; the rest is for writing."""
 
 
 IMPORTERS: dict[str, Importer] = {
@@ -124,7 +124,7 @@ def import_recording(
     Raises:
         FormatError: no recording there, of no known kind, or damaged; names the file, line and column.
         NotAvailableError: the package of an optional reader is not installed.
-        SettingsError: a unit for a file that states its own, or an option of videos for what is none.
+        SettingsError: a unit for a file that states its own, or an option of videos for another kind.
         TakeError: `out` is not empty. No error leaves files behind.
     """
     path, out = Path(path), Path(out)
@@ -186,7 +186,7 @@ def _importer(path: Path) -> Importer:
 
 
 def not_importable(path: str | Path) -> FormatError:
-    """Return the error that says that something is of no known kind, and which kinds there are."""
+    """Return the error for a path of no known kind, with the known kinds."""
     kinds = [*(importer.description for importer in IMPORTERS.values()), ANIMATIONS]
     return FormatError(
         "import.unknown_kind",

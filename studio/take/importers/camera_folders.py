@@ -1,6 +1,6 @@
 """Folders of `camera_K/`, each with `joints.csv`, or `depth.txt` and `camera.json`, or both.
 
-`calibration.json` and `recording.json` beside them are optional.
+`calibration.json` and `recording.json` next to them are optional.
 """
 
 import json

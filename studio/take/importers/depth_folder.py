@@ -24,7 +24,7 @@ _IMAGE_ERRORS = (OSError, SyntaxError, ValueError, Image.DecompressionBombError)
 
 
 def read_depth(folder: Path, notes: list[str]) -> ReadDepth:
-    """Return a camera's depth images; the files are read when the stream is.
+    """Return a camera's depth images; the files are read with the stream.
 
     Args:
         folder: with `camera.json` and `depth.txt`.

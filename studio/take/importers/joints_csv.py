@@ -91,7 +91,7 @@ def _frames(
     joints: NDArray[np.float64],
     notes: list[str],
 ) -> tuple[NDArray[np.int64], dict[int, list[OtherBody]]]:
-    """Return the row of each frame's first body, that of the lowest number, and the other bodies by time [ns]."""
+    """Return the row of each frame's first body (the lowest number), and the other bodies by time [ns]."""
     found: dict[int, dict[int, int]] = {}
     repeated = 0
     for row, (time_ns, body) in enumerate(zip(times.tolist(), bodies.tolist(), strict=True)):

@@ -54,8 +54,8 @@ class ReadVideo:
 
     Attributes:
         path: its file.
-        at_ns: time of each frame in the file [ns], shape (frame_count,); the camera's `times_ns` say when it was
-            taken.
+        at_ns: time of each frame in the file [ns], shape (frame_count,); the camera's `times_ns` are the capture
+            times.
     """
 
     path: Path
@@ -82,13 +82,13 @@ class ReadCamera:
         positions: device joints in the camera frame (OpenCV axes) [m], shape (frame_count, joint_count, 3);
             NaN = unseen.
         confidence: 0..1, shape (frame_count, joint_count).
-        body: the device's own number of each frame's body, shape (frame_count,); None = 0 throughout.
+        body: the device's number of each frame's body, shape (frame_count,); None = 0 throughout.
         others: further bodies of each frame; None = none.
         depth: its depth images, where it has any.
         landmarks: of each frame of a camera without depth, whose `positions` are NaN; `confidence` is how visible
             they are.
-        clock_within_s: how far its clock may be from that of the other cameras with this [s]; None = it is its own.
-        video: shows what the landmarks were found in, where there is one.
+        clock_within_s: maximum offset of its clock from that of the other cameras with this [s]; None = own clock.
+        video: the video in which the landmarks were found, if there is one.
     """
 
     name: str

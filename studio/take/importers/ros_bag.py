@@ -48,7 +48,7 @@ def read(path: Path, progress: Progress) -> ReadRecording:
 
 
 def read_cameras(path: Path, notes: list[str]) -> tuple[ReadCamera, ...]:
-    """Return a bag's cameras, `camera_0` and on; damage is noted when their streams are read.
+    """Return a bag's cameras, `camera_0`, `camera_1`, ...; damage is noted when their streams are read.
 
     Raises:
         FormatError: not a bag, or one without depth images or intrinsics.
@@ -238,7 +238,7 @@ def _device(bag: Bag, topic: str) -> str:
 
 
 def _metadata_times(bag: Bag, topic: str) -> dict[int, int]:
-    """Return device times [ns] by time of recording, if the SDK wrote them as text beside the images."""
+    """Return device times [ns] by time of recording, if the SDK wrote them as text next to the images."""
     beside = f"{topic.partition('/image/data')[0]}/image/metadata"
     times = {}
     for _, recorded_ns, message in bag.messages((beside,)):

@@ -45,7 +45,7 @@ def header_index(file: Path, header: list[str]) -> dict[str, int]:
     """Return the columns by name.
 
     Raises:
-        FormatError: a name that comes twice.
+        FormatError: a name that occurs twice.
     """
     twice = sorted({name for name in header if name and header.count(name) > 1})
     if twice:

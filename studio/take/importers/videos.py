@@ -23,10 +23,10 @@ from studio.worker.several import run_several
 
 DEVICE = "video, BlazePose"
 MODEL = "full"
-"""The model, unless another one is asked for."""
+"""The default model."""
 
 _SYNC_SHARE = 0.05
-"""Of the time for reading, the part for bringing videos to one clock."""
+"""Share of the reading time for bringing videos to one clock."""
 
 
 def matches(path: Path) -> bool:
@@ -60,7 +60,7 @@ def read(
     sync: str = "auto",
     clap_at_s: Mapping[str, float] | None = None,
 ) -> ReadRecording:
-    """Return the landmarks of videos; several are read at once where there are cores.
+    """Return the landmarks of videos; several are read at once if there are enough cores.
 
     Args:
         path: a video, or a folder of them.
@@ -72,7 +72,7 @@ def read(
     Raises:
         SettingsError: no such model, or no such way of bringing videos to one clock.
         FormatError: a file that is no video, two cameras of one name, videos that cannot be brought to one clock in
-            the way asked for, or nobody in any video.
+            the requested way, or nobody in any video.
         NotAvailableError: LiteRT is not installed.
     """
     model_file(model)
@@ -99,7 +99,7 @@ def read(
 
 
 def _others(path: Path, files: dict[str, Path]) -> list[str]:
-    """Return the names of recordings beside the videos that are of another kind."""
+    """Return the names of recordings of another kind next to the videos."""
     if not path.is_dir():
         return []
     taken = set(files.values())

@@ -8,7 +8,7 @@ from studio.take.folder.take import Take, read_calibration
 
 
 def use_calibration(take: Take, number: int) -> None:
-    """Have a stored calibration of a take in use.
+    """Put a stored calibration of a take in use.
 
     Raises:
         CalibrationError: there is none with this number, it cannot be read, or it was refused.

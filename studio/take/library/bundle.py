@@ -21,14 +21,14 @@ from studio.take.video.file import ENDINGS
 
 ENDING = ".take.zip"
 MAX_FILES = 50_000
-"""A recording keeps its videos in files of ten seconds: of eight cameras, three hours have 17,000 files."""
+"""Maximum number of files; videos are kept in files of ten seconds: three hours of eight cameras are 17,000 files."""
 MAX_BYTES = 200 * 1024**3
 MAX_META_BYTES = 16 << 20
 MAX_RATIO, SMALL_BYTES = 100, 256 << 20
 """Largest compression ratio of files beyond `SMALL_BYTES` in all; a take's texts have 5 to 20."""
 
 KEPT_FREE_BYTES = 256 << 20
-"""Space of the disk that is left for recordings."""
+"""Disk space that is left for recordings."""
 
 _CHUNK = 1 << 20
 _SUBFOLDERS = ("calibrations", "solves", "references", "video")

@@ -1,6 +1,6 @@
-"""Which of the files that somebody gives at once belong together: one recording, animation, take or robot each.
+"""Grouping of files that are given at once: each group is one recording, animation, take or robot.
 
-Only paths are looked at; what is in the files is the importers' business.
+Only the paths count; the importers read the content.
 """
 
 from collections.abc import Sequence
@@ -23,12 +23,12 @@ _OF_A_CAMERA = ("joints.csv", "depth.txt")
 _CAMERAS = (".bag", ".db3", *videos.ENDINGS)
 _BESIDE = ("calibration.json", "recording.json")
 _LANDMARKS = ("pose", "predictions", "output_data")
-"""Folders of a project in which other programs put landmarks."""
+"""Folders of a project in which other programs store landmarks."""
 _ALONE = (".csv", ".mcap", ENDING, *ENDINGS)
 
 
 _MESHES = (".stl", ".obj", ".dae", ".msh", ".mtl", ".png", ".jpg")
-"""What belongs to a robot's model that is given with its files loose."""
+"""Endings of the files of a robot's model that is given with loose files."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class Group:
     """Files that make one take, or the robots of one folder.
 
     Attributes:
-        label: what people call it: the name of a file or folder.
-        root: path of what is imported below the folder that the files lie in; empty: that folder itself.
-        files: their places in the list that was given.
-        problem: why they cannot be imported; empty where they may.
+        label: its name for people: that of a file or folder.
+        root: path of what is imported, below the folder of the files; empty: that folder itself.
+        files: their indices in the given list.
+        problem: why they cannot be imported; empty if they can.
         robot: whether they are models of robots.
     """
 
@@ -51,12 +51,12 @@ class Group:
 
 
 def group_files(paths: Sequence[str]) -> list[Group]:
-    """Return the takes that files would make, by their paths relative to what was given, `/` between the parts.
+    """Return the takes that files would make, from their paths relative to what was given, `/` between the parts.
 
     A folder with folders of cameras, a folder with recordings of single cameras, and a folder that is a take make one
-    take each; any other folder is searched. Recordings of single cameras that were given loose are one take, as they
-    would be in a folder. Models of robots make one group with all that lies in their folder; loose ones with the
-    loose meshes. Of what is of no known kind a loose file, and a folder with nothing else, has a problem.
+    take each; any other folder is searched. Loose recordings of single cameras are one take, as in a folder. Models
+    of robots make one group with all files in their folder, loose models with the loose meshes. A loose file of no
+    known kind, and a folder with nothing else, has a problem.
     """
     good: dict[int, PurePosixPath] = {}
     groups: list[Group] = []
@@ -130,7 +130,7 @@ def _ends(path: PurePosixPath, endings: tuple[str, ...]) -> bool:
 
 
 def _has_cameras(folder: PurePosixPath, files: dict[int, PurePosixPath]) -> bool:
-    """Whether one of the files is what makes a folder of a camera."""
+    """Whether one of the files marks a camera's folder."""
     return any(
         path.name in _OF_A_CAMERA and path.parent.parent == folder and path.parent.name.startswith("camera_")
         for path in files.values()

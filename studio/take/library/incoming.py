@@ -1,4 +1,4 @@
-"""Files that come in: they wait in a folder of their own inside the sessions until they are imported."""
+"""Incoming files: they wait in their own folder inside the sessions until they are imported."""
 
 import os
 import shutil
@@ -21,14 +21,14 @@ from studio.take.library.sessions import take_path
 PREFIX = ".import-"
 MAX_BYTES = 200 * 1024**3
 _COPIES = 2
-"""What comes in is on the disk twice for a while: as it came, and as a take."""
+"""Copies of incoming data that are on the disk for a while: the files as received, and the take."""
 
 _LOOK_BYTES = 64 << 20
-"""How much is written between two looks at the disk."""
+"""Amount written between two checks of the disk."""
 
 
 class Incoming:
-    """Files that are written one after the other, as their bytes come."""
+    """Files that are written one after the other, as their bytes arrive."""
 
     def __init__(self, sessions: Path, files: Sequence[tuple[str, int]]) -> None:
         """Make the folder for files, each with its path (of plain names, `/` between) and its size [bytes].
@@ -51,7 +51,7 @@ class Incoming:
         self._mark = hold(self.folder)
 
     def write(self, data: bytes) -> None:
-        """Take in the next bytes.
+        """Write the next bytes.
 
         Raises:
             FormatError: more than was announced. StudioError: the disk is full.
@@ -76,10 +76,10 @@ class Incoming:
                 self._missing -= len(part)
 
     def end(self) -> None:
-        """Note that no more comes.
+        """Mark the end of the data.
 
         Raises:
-            FormatError: less came than was announced. StudioError: the disk is full.
+            FormatError: less than was announced. StudioError: the disk is full.
         """
         with _told():
             self._next()
@@ -92,7 +92,7 @@ class Incoming:
             )
 
     def discard(self) -> None:
-        """Leave nothing behind."""
+        """Delete all files."""
         if self._file is not None:
             with suppress(OSError):
                 self._file.close()
@@ -102,7 +102,7 @@ class Incoming:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def _next(self) -> None:
-        """Go on to the next file where this one has all its bytes."""
+        """Continue with the next file once this one has all its bytes."""
         while self._missing == 0:
             if self._file is not None:
                 self._file.close()
@@ -117,7 +117,7 @@ class Incoming:
 
 @contextmanager
 def _told() -> Iterator[None]:
-    """Have what the disk refuses be told."""
+    """Turn errors of the disk into a StudioError."""
     try:
         yield
     except OSError as error:
@@ -129,7 +129,7 @@ def _told() -> Iterator[None]:
 
 
 def check_room(sessions: Path, size: int) -> None:
-    """Raise where so many bytes may not come in.
+    """Raise if this many bytes may not be received.
 
     Raises:
         FormatError: more than `MAX_BYTES`. StudioError: the disk has no room for them and the take made of them.
@@ -158,14 +158,14 @@ def _check_free(folder: Path, needed: int) -> None:
 
 
 def clear_left(sessions: Path) -> None:
-    """Remove what a server that was killed left of files that came in."""
+    """Remove incoming files that a killed server left."""
     for folder in sessions.glob(f"{PREFIX}*"):
         if not is_held(folder):
             shutil.rmtree(folder, ignore_errors=True)
 
 
 def free_path(sessions: Path, session: str, label: str) -> Path:
-    """Return the folder of a new take that is named after files: their name, or numbered where that is taken."""
+    """Return the folder of a new take that is named after files, numbered if that name is taken."""
     stem = label[: -len(ENDING)] if label.lower().endswith(ENDING) else Path(label).stem
     name = free_name(safe_name(stem, "imported"), lambda one: take_path(sessions, session, one).exists())
     return take_path(sessions, session, name)
@@ -181,18 +181,18 @@ def import_incoming(
     *,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Make the take at `out` of what came into `folder`: what lies at `root` in it.
+    """Make the take at `out` from the received files at `root` in `folder`.
 
     Args:
-        folder: of what came.
+        folder: of the received files.
         root: path in it.
-        label: what people call it.
+        label: its name for people.
         out: folder of the new take.
-        sync, clap_at_s: bring videos to one clock, see `find_sync`; they count for nothing else.
+        sync, clap_at_s: bring videos to one clock, see `find_sync`; only used for videos.
         progress: receives the share done.
 
     Raises:
-        StudioError: as the importers say it, with the names as they were given.
+        StudioError: the importers' error, with the names as they were given.
     """
     path = inside(folder, *root.split("/")) if root else folder
     with given_names(folder, label):
@@ -215,7 +215,7 @@ def import_incoming(
 
 @contextmanager
 def given_names(folder: Path, label: str) -> Iterator[None]:
-    """Have errors name files in a folder as they were given, and the folder itself by what people call it."""
+    """Make errors name files in a folder as they were given, and the folder itself by its label."""
     try:
         yield
     except StudioError as error:

@@ -1,4 +1,4 @@
-"""Robots that come in: models and meshes that a browser sent are kept among the sessions, and read as robots."""
+"""Incoming robots: models and meshes sent by a browser are kept among the sessions, and read as robots."""
 
 import shutil
 from collections.abc import Callable, Sequence
@@ -20,15 +20,15 @@ def import_robots(
     *,
     progress: Callable[[float], None] | None = None,
 ) -> list[str]:
-    """Keep the robots of what came into `folder`, at `root` in it; return their names.
+    """Keep the robots among the received files at `root` in `folder`; return their names.
 
-    Their files move to a folder of their own among the kept robots. A robot is named after its model's file, numbered
-    where that name is taken. Where one of several models is no humanoid, the others are kept.
+    Their files move to their own folder among the kept robots. A robot is named after its model's file, numbered if
+    that name is taken. If one of several models is no humanoid, the others are kept.
 
     Args:
-        folder: of what came.
+        folder: of the received files.
         root: path in it; empty = all of it.
-        label: what people call it.
+        label: its name for people.
         robots: folder of the kept robots.
         progress: receives the share done.
 
@@ -76,13 +76,13 @@ def _added(robots: Path, models: Sequence[Path], progress: Callable[[float], Non
 
 
 def _name_of(robots: Path, model: Path) -> str:
-    """Return a name that a robot may have and that none has yet, after its model."""
+    """Return an allowed and free name for a robot, after its model."""
     plain = "".join(one if one.isalnum() or one in "-_" else "_" for one in model.stem)[: MOST_NAME - 4]
     return free_name(plain, kept_robots(robots).__contains__)
 
 
 def _moved(came: Path, models: Path, label: str) -> Path:
-    """Move what came to a folder of its own; return it."""
+    """Move the received files to their own folder; return it."""
     place = models / free_name(safe_name(label, "robot"), lambda one: (models / one).exists())
     try:
         models.mkdir(parents=True, exist_ok=True)

@@ -1,9 +1,8 @@
-"""The index of the takes in a folder of sessions: `.index.sqlite`, made of the folders, which are the truth.
+"""The index of the takes in a folder of sessions: `.index.sqlite`, derived from the folders, which are authoritative.
 
-Every answer looks at each take's files first, by their stamps, and reads again what is another than before. Where
-that is much, the newest are read at once, and the others in a process of their own; until then an answer tells how
-many are read. An index that is missing, damaged or of another layout is made anew. Where none can be written, it lies
-in a temporary folder.
+Every answer first checks the stamps of each take's files and reads changed takes again. If there are many, the newest
+are read at once and the others in a separate process; until then an answer reports how many are read. An index that
+is missing, damaged or of another layout is made again. If none can be written, it lies in a temporary folder.
 """
 
 import json
@@ -36,7 +35,7 @@ from studio.worker import run_in_process
 
 FILE = ".index.sqlite"
 AT_ONCE = 60
-"""So many takes are read before an answer: what a page shows of the list."""
+"""Number of takes that are read before an answer: what a page shows of the list."""
 
 _log = logging.getLogger(__name__)
 
@@ -51,9 +50,9 @@ class ReadSoFar(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Takes that a search found, the newest first, how many it finds in all, and how far reading has come.
+    """Takes that a search found, the newest first, the total that it finds, and the progress of reading.
 
-    `reading` is None where all takes have been read; else takes are missing from the answer.
+    `reading` is None once all takes have been read; else takes are missing from the answer.
     """
 
     takes: list[TakeInfo]
@@ -66,11 +65,11 @@ def _read_in_process(sessions: Path, file: Path) -> None:
 
 
 class TakeIndex:
-    """The takes in one folder of sessions, found quickly; safe from any thread and beside other programs.
+    """The takes in one folder of sessions, found quickly; safe from any thread and alongside other programs.
 
     Args:
         sessions: the folder.
-        clock_ns: tells the time of day.
+        clock_ns: returns the time of day.
         read_rest: reads what an index lacks, as `read_rest` of `index_file`; called in a thread.
     """
 
@@ -100,7 +99,7 @@ class TakeIndex:
 
         Args:
             only: ids of takes, `session/name`, to which it is limited; they are read first.
-            limit: so many at most, after the first `offset`; None = all.
+            limit: maximum number, after the first `offset`; None = all.
         """
         if not self._sessions.is_dir():
             return Found([], 0)
@@ -129,7 +128,7 @@ class TakeIndex:
         return TakeInfo(path=self._sessions / id_, **tuples)
 
     def _with_index(self, ask: Callable[[sqlite3.Connection, Path], T]) -> T:
-        """Return what is asked of the index; it is made anew, or elsewhere, at need."""
+        """Return the answer of `ask` on the index, which is made again, or elsewhere, if needed."""
         if self._elsewhere is None:
             for _ in range(2):
                 try:
@@ -141,7 +140,7 @@ class TakeIndex:
         return _asked(self._elsewhere / FILE, ask)
 
     def _refresh(self, db: sqlite3.Connection, file: Path, wanted: frozenset[str]) -> ReadSoFar | None:
-        """Bring the index up to date with the folders, or begin to; return how far that is."""
+        """Bring the index up to date with the folders, or begin to; return the progress, None if complete."""
         stale = find_stale(db, self._sessions)
         forget_takes(db, stale.gone)
         unread = sorted(stale.unread, key=lambda id_: id_ not in wanted)
@@ -153,7 +152,7 @@ class TakeIndex:
         return ReadSoFar(stale.count - later, stale.count) if later else None
 
     def _begin_rest(self, file: Path) -> None:
-        """Have the rest read, unless that is under way."""
+        """Start to read the rest, unless that is under way."""
         if self._reading is not None and self._reading.is_alive():
             return
 

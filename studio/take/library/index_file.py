@@ -1,4 +1,4 @@
-"""The file of the index of takes, `.index.sqlite`: its layout, what is stale in it, how takes are read into it."""
+"""The file of the index of takes, `.index.sqlite`: its layout, its stale entries, the reading of takes into it."""
 
 import json
 import os
@@ -16,11 +16,11 @@ from studio.take.library.search import COLUMNS, row_of
 from studio.take.library.sessions import TakeInfo, take_ids, take_info
 
 VERSION = 2
-"""Raised where what is read of a take changes."""
+"""Version of the layout; increase it when other data of a take is read."""
 
 SETTLED_NS = 2_000_000_000
-"""What was changed so shortly before it was read may change again without another stamp, as coarse as the clocks of
-file systems are: it is read again the next time."""
+"""Minimum time between a change and its reading [ns]. File systems have coarse clocks: a take read sooner may change
+again without another stamp, so it is read again the next time."""
 
 _BATCH = 50
 _WAIT_S = 60.0
@@ -43,8 +43,8 @@ class Stale(NamedTuple):
     """What an index lacks, ids as `session/name`.
 
     Attributes:
-        unread: takes that are not in it, or others than it has them, the newest first by their files.
-        unsettled: takes that were read so shortly after a change that another one may not show.
+        unread: takes that are not in it, or have changed, the newest first by their files.
+        unsettled: takes read so soon after a change that another one may not show.
         gone: takes that are no longer there.
         count: how many takes there are.
     """
@@ -56,7 +56,7 @@ class Stale(NamedTuple):
 
 
 def find_stale(db: sqlite3.Connection, sessions: Path) -> Stale:
-    """Return in what an index differs from the folders."""
+    """Return the differences between an index and the folders."""
     known: dict[str, tuple[str, str, int]] = {
         id_: (names, stamp, settled)
         for id_, names, stamp, settled in db.execute("SELECT id, names, stamp, settled FROM takes")
@@ -81,7 +81,7 @@ def find_stale(db: sqlite3.Connection, sessions: Path) -> Stale:
 
 
 def read_rest(sessions: Path, file: Path) -> None:
-    """Read all takes that an index lacks into it, the newest first; each batch is there at once.
+    """Read all takes that an index lacks into it, the newest first; each batch is available at once.
 
     Raises:
         sqlite3.DatabaseError: the index is damaged, or was removed meanwhile.
@@ -99,7 +99,7 @@ def read_takes(
     ids: Iterable[str],
     clock_ns: Callable[[], int] = time.time_ns,
 ) -> None:
-    """Read takes into an index; `clock_ns` tells the time of day."""
+    """Read takes into an index; `clock_ns` returns the time of day."""
     waiting = []
     for id_ in ids:
         folder = f"{sessions}/{id_}"
@@ -155,9 +155,9 @@ def remove_index(file: Path) -> None:
 
 
 def _keep(db: sqlite3.Connection, takes: Iterable[tuple[str, str, str, int, Path]]) -> None:
-    """Read takes and put them into the index, but for those that go away meanwhile.
+    """Read takes and put them into the index, except those that disappear meanwhile.
 
-    Each is its id, folders of solves, stamp, whether that will do from now on, and folder.
+    Each is its id, folders of solves, stamp, whether that is settled, and folder.
     """
     rows, figures = [], []
     for id_, names, stamp, settled, path in takes:
@@ -165,7 +165,7 @@ def _keep(db: sqlite3.Connection, takes: Iterable[tuple[str, str, str, int, Path
             info = take_info(path)
             measured = [found for solve in info.solves for found in measured_figures(path / "solves" / solve)]
         except FileNotFoundError:
-            continue  # moved to the trash, or renamed: the next answer sees where it is
+            continue  # moved to the trash, or renamed: the next answer finds it
         told = json.dumps(
             {name: getattr(info, name) for name in FIELDS} | {SAID: codes_of([info.problem or ""])}
         )
@@ -191,10 +191,10 @@ def _solve_folders(take: str) -> str:
 
 
 def _stamp(take: str, names: str) -> tuple[str, int]:
-    """Return what tells that a take's files are others than before, and when the last of them changed [ns].
+    """Return a text that changes with a take's files, and the time of their last change [ns].
 
-    A solve's files are written whole and then take their place: its folder tells, and that of the videos is touched.
-    Nothing where the folder has no `take.json`.
+    A solve's files are replaced as a whole, so its folder shows a change; the folder of the videos is touched.
+    Returns "" and 0 if the folder has no `take.json`.
     """
     stamps: list[int] = []
     latest_ns = 0
@@ -218,7 +218,7 @@ def _stamp(take: str, names: str) -> tuple[str, int]:
 
 
 def _made_ns(take: str) -> int | None:
-    """Return about when a take was made, by its files [ns]; None where the folder is no take."""
+    """Return about when a take was made, by its files [ns]; None if the folder is no take."""
     try:
         made_ns = os.stat(f"{take}/take.json").st_mtime_ns
     except OSError:

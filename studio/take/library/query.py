@@ -1,7 +1,7 @@
 """What people type to find takes: `punch tag:best performer:anna date:>=2026-01 length:>10s -error:>20mm`.
 
-Terms stand between blanks, and a take has to meet all of them; `-` in front turns one round, `"..."` keeps blanks and
-colons together. A term without a field is found anywhere in what is written about a take.
+Blanks separate terms, and a take has to meet all of them; `-` in front negates one, `"..."` keeps blanks and colons
+together. A term without a field is searched in a take's name, session, notes, performers and tags.
 """
 
 import re
@@ -13,10 +13,10 @@ from datetime import datetime, timedelta
 from studio.engine.base.errors import SettingsError
 
 TEXTS = ("name", "session", "performer", "note", "tag", "solve", "camera", "source")
-"""Fields that hold text: a tag, solve, camera or source is meant whole, of the others a part will do."""
+"""Fields that hold text: a tag, solve, camera or source has to match as a whole, the others in part."""
 
 FLAGS = ("starred", "calibrated", "solved", "depth", "damaged")
-"""What `is:` may say."""
+"""Values of `is:`."""
 
 UNITS: dict[str, dict[str, float]] = {
     "length": {"": 1.0, "s": 1.0, "sec": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0},
@@ -28,7 +28,7 @@ UNITS: dict[str, dict[str, float]] = {
     "rating": {"": 1.0},
     "performers": {"": 1.0},
 }
-"""Fields that hold numbers, with the units that each understands; the one without a name is its own."""
+"""Fields that hold numbers, with the units that each accepts; the one without a name is its default."""
 
 FIELDS = (*TEXTS, "is", "date", *UNITS)
 MAX_CHARACTERS = 500
@@ -44,7 +44,7 @@ _DAY = re.compile(r"(\d{4})(?:-(\d\d?))?(?:-(\d\d?))?")
 
 @dataclass(frozen=True)
 class Interval:
-    """Numbers from `low` to `high`, each end in it or not."""
+    """Numbers from `low` to `high`, each end included or not."""
 
     low: float = float("-inf")
     high: float = float("inf")
@@ -54,12 +54,12 @@ class Interval:
 
 @dataclass(frozen=True)
 class Term:
-    """What a take has to meet.
+    """A condition that a take has to meet.
 
     Attributes:
         field: one of `FIELDS`, or empty: anywhere.
-        wanted: folded texts or spans of numbers, of which one has to be met; dates are seconds since 1970.
-        negated: none of them may be met.
+        wanted: folded texts or spans of numbers, of which one has to match; dates are seconds since 1970.
+        negated: none of them may match.
     """
 
     field: str
@@ -68,17 +68,17 @@ class Term:
 
 
 def folded(text: str) -> str:
-    """Return a text without case and accents, as it is compared."""
+    """Return a text without case and accents, for comparison."""
     text = text.encode("utf-8", "replace").decode()  # half a surrogate pair is no text
     plain = unicodedata.normalize("NFKD", text.casefold())
     return "".join(sign for sign in plain if not unicodedata.combining(sign))
 
 
 def parse_query(text: str) -> list[Term]:
-    """Return the terms of a search; one that is not finished (`tag:`) asks for nothing.
+    """Return the terms of a search; an unfinished one (`tag:`) is ignored.
 
     Raises:
-        SettingsError: an unknown field, a value that is none, or a search that is too long.
+        SettingsError: an unknown field, an invalid value, or a search that is too long.
     """
     if len(text) > MAX_CHARACTERS:
         raise SettingsError(
@@ -101,10 +101,10 @@ def parse_query(text: str) -> list[Term]:
 
 
 def _wanted(field: str, value: str) -> tuple[str | Interval, ...]:
-    """Return what a field's value asks for; values between commas stand beside each other.
+    """Return the texts or spans that a field's value asks for; commas separate alternatives.
 
     Raises:
-        SettingsError: an unknown field, or a value that is none.
+        SettingsError: an unknown field, or an invalid value.
     """
     if field not in FIELDS:
         raise SettingsError(
@@ -135,7 +135,7 @@ def _wanted(field: str, value: str) -> tuple[str | Interval, ...]:
 
 
 def _span(field: str, text: str, read: Callable[[str], Interval]) -> Interval | None:
-    """Return the span of `>10`, `<=10`, `10`, `5..10`, `5..`; None where the value is not there yet."""
+    """Return the span of `>10`, `<=10`, `10`, `5..10`, `5..`; None if the value is missing."""
     found = _RANGE.fullmatch(text)
     if found is None:
         raise _wrong(field, text)
@@ -147,7 +147,7 @@ def _span(field: str, text: str, read: Callable[[str], Interval]) -> Interval | 
     if not value:
         return None
     one = read(value)
-    # A day is a span of its own: later than it is after its end, from it on is with it.
+    # A day is a span: `>` begins after its end, `>=` includes it.
     return {
         ">": Interval(low=one.high, with_low=not one.with_high),
         ">=": Interval(low=one.low),

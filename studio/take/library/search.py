@@ -1,4 +1,4 @@
-"""How the index of takes holds what a search asks for, and a search as a condition of SQL."""
+"""Columns of the index of takes for searches, and a search as a condition of SQL."""
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -12,7 +12,7 @@ COLUMNS = (
     "created", "date", "length", "rating", "anywhere", "name", "session", "performer", "note", "tag", "solve",
     "camera", "source", "flags", "performers",
 )  # fmt: skip
-"""Columns of a take beside its id, stamp and line of the list."""
+"""Columns of a take besides its id, stamp and line of the list."""
 
 _PARTS = ("name", "session", "performer", "note")
 _WHOLE = ("tag", "solve", "camera", "source")
@@ -21,7 +21,7 @@ _END = "\n"
 
 
 def row_of(info: TakeInfo) -> list[Any]:
-    """Return what `COLUMNS` hold of a take; texts are folded, lists stand between line ends."""
+    """Return a take's values for `COLUMNS`; texts are folded, lists stand between line ends."""
     performer = " ".join([str(info.performer), *performers_of(info)])
     told = [f"{info.session}/{info.name}", info.notes, performer, *info.tags]
     anywhere = " ".join(map(str, [*told, "starred ★"] if info.starred else told))
@@ -58,7 +58,7 @@ def performers_of(info: TakeInfo) -> list[str]:
 
 
 def performance_s(info: TakeInfo) -> float | None:
-    """Return how long the performance is [s], without the part for calibration; None where it is not known."""
+    """Return the length of the performance [s], without the part for calibration; None if unknown."""
     return None if info.length_s is None else max(info.length_s - (info.calibration_s or 0.0), 0.0)
 
 

@@ -36,7 +36,7 @@ class TakeInfo:
         state: recording state of `take.json`, or `damaged`.
         source, performer, notes, tags, rating, starred: of `take.json`.
         performers: of its solves of several; empty for one.
-        performer_names: those that the operator gave, by performer.
+        performer_names: the operator's names, by performer.
         problem: why `take.json` cannot be read, else None.
     """
 
@@ -64,10 +64,9 @@ class TakeInfo:
 
 
 def take_ids(sessions_dir: str | Path) -> Iterator[str]:
-    """Yield `session/name` of the folders in which takes may lie, in order; whether each has a `take.json` is not
-    looked at.
+    """Yield `session/name` of the folders in which takes may lie, in order; `take.json` is not checked.
 
-    Nothing where there is no such folder. Links to folders count.
+    Yields nothing if there is no such folder. Links to folders count.
     """
     for session in _folders(str(sessions_dir)):
         for name in _folders(f"{sessions_dir}/{session}"):
@@ -79,7 +78,7 @@ def _folders(folder: str) -> list[str]:
     try:
         with os.scandir(folder) as entries:
             return sorted(entry.name for entry in entries if _is_safe(entry.name) and entry.is_dir())
-    except OSError:  # a link to nothing, or a folder that has gone meanwhile
+    except OSError:  # a link to nothing, or a folder that was removed meanwhile
         return []
 
 
@@ -106,7 +105,7 @@ def find_take(sessions_dir: str | Path, take_id: str) -> Path | None:
 
 
 def take_info(path: Path) -> TakeInfo:
-    """Return a take's line in the list, as its files have it; a take that cannot be read has a `problem`."""
+    """Return a take's line in the list, from its files; a take that cannot be read has a `problem`."""
     session, name = path.parent.name, path.name
     try:
         take = Take.open(path)
@@ -138,7 +137,7 @@ def take_info(path: Path) -> TakeInfo:
 
 
 def take_tags(meta: TakeMeta) -> tuple[str, ...]:
-    """Return the tags in a `take.json`; none where it has none, or something else in their place."""
+    """Return the tags in a `take.json`; none if it has none, or something else in their place."""
     tags = meta.get("tags")
     return tuple(tag for tag in tags if isinstance(tag, str)) if isinstance(tags, list) else ()
 
@@ -195,7 +194,7 @@ def take_path(sessions_dir: str | Path, session: str, name: str) -> Path:
 
 
 def session_of_today() -> str:
-    """Return the session of a take that nobody gave one: the date here, `2026-01-31`."""
+    """Return the default session of a take: the local date, `2026-01-31`."""
     return datetime.now().astimezone().strftime("%Y-%m-%d")
 
 

@@ -37,7 +37,7 @@ class Slate:
     Attributes:
         session, name: new names; the folder is moved.
         performer, notes: free text.
-        tags: short words by which takes are found; what stands twice, without regard to case, is kept once.
+        tags: short words by which takes are found; duplicates, regardless of case, are kept once.
         markers: all of them, in any order.
         rating: 0 (none) to 5.
         starred: a favourite.
@@ -163,7 +163,7 @@ def _move(take: Take, to: Path) -> None:
     try:
         to.parent.mkdir(parents=True, exist_ok=True)
         if to.is_dir():
-            to.rmdir()  # `check_free` saw that it is empty
+            to.rmdir()  # `check_free` found it empty
         take.path.rename(to)
     except OSError as error:
         raise TakeError(

@@ -137,8 +137,7 @@ def restore(sessions_dir: Path, trash_id: str) -> tuple[str, str]:
     """Restore a take, a solve or videos, under another name if its own is taken; return the take's session and name.
 
     Raises:
-        TakeError: nothing of that id in the trash, what belongs to a take that is gone, or a folder that cannot be
-            moved.
+        TakeError: nothing of that id in the trash, a part of a take that is gone, or a folder that cannot be moved.
     """
     thrown = _find(sessions_dir, trash_id)
     if thrown.solve:

@@ -49,7 +49,7 @@ class RawState:
         channels: by number.
         hellos: starts of cameras, by (camera, boot id).
         frames: sequences of skeletons by (camera, boot id).
-        arrived: those that arrived in time, not late; of every start that joined the recording.
+        arrived: those that arrived in time, of every start that joined the recording.
         newest_ns: the latest arrival or event [ns, server's clock], without late frames.
         ticks: number of output frames of the live solve.
         events: every event of the live log except ticks and skipped frames, in order, each with its time.
@@ -126,7 +126,7 @@ def _scan(file: IO[bytes], size: int, state: RawState) -> None:
             chunk = Chunk.read(ReadDataStream(BytesIO(file.read(length))))
             records = open_chunk(chunk)
         except DAMAGE:
-            continue  # the reader leaves it out, too
+            continue  # the reader also leaves it out
         for record in records:
             _take_in(record, state, cameras)
     state.end = end if begun else 0
@@ -163,7 +163,7 @@ def _event(record: Message, state: RawState) -> None:
     try:
         state.events.append((record.log_time, read_event(record.data)))
     except FormatError:
-        return  # the reader tells it
+        return  # the reader reports it
 
 
 def hello_of(channel: Channel) -> wire.Hello | None:
@@ -177,7 +177,7 @@ def hello_of(channel: Channel) -> wire.Hello | None:
 
 
 def save_torn_end(path: Path, state: RawState) -> Path | None:
-    """Copy the incomplete end of a file to a file beside it, which is returned.
+    """Copy the incomplete end of a file to a file next to it; return that file.
 
     Raises:
         OSError: it cannot be written.

@@ -26,7 +26,7 @@ def open_chunk(chunk: Chunk) -> list[McapRecord]:
             )
         )
     size = chunk.uncompressed_size
-    if chunk.compression == "zstd":  # a frame that tells its size is unpacked whatever bound is given
+    if chunk.compression == "zstd":  # a frame that states its size is unpacked regardless of the given bound
         size = max(size, zstandard.frame_content_size(chunk.data))
     if size > MAX_CHUNK_BYTES:
         raise ValueError(

@@ -22,7 +22,7 @@ class TakeClocks:
         self._first: dict[tuple[str, str], str] = {}
 
     def event(self, event: LiveEvent) -> None:
-        """Take in an event of the live log; those that tell nothing of cameras' clocks are passed over."""
+        """Take in an event of the live log; events without cameras' clocks are ignored."""
         if isinstance(event, SegmentEvent):
             segments = self._segments.setdefault((event.camera, event.boot_id), [])
             segments.append((event.from_sequence, event.clock_id))
@@ -32,7 +32,7 @@ class TakeClocks:
             self._first.setdefault((event.camera, event.clock_id.partition("#")[0]), event.clock_id)
 
     def clock_id(self, camera: str, boot_id: str, sequence: int) -> str:
-        """Return the id of a frame's clock: one that had jumped before the take is the first that its log knows."""
+        """Return the id of a frame's clock; for a clock that jumped before the take, the first one in the log."""
         segments = self._segments.get((camera, boot_id), [])
         own = self._first.get((camera, boot_id), boot_id)
         return next((name for first, name in reversed(segments) if sequence >= first), own)

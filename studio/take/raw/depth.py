@@ -109,8 +109,8 @@ class DepthRecording:
         Args:
             cameras: names; all where None. Unknown ones are ignored.
             clocks: clocks by camera: order by stage time; a camera without one counts by its own time.
-            start_ns: first time, on the device or stage clock as the order is.
-            spans_ns: images between these times alone, ends included; all where None.
+            start_ns: first time, on the clock of the order (device or stage).
+            spans_ns: only images between these times, ends included; all where None.
         """
         clocks = clocks or {}
         order = []
@@ -130,7 +130,7 @@ class DepthRecording:
                     yield frame
 
     def place(self, camera: str, number: int) -> "_Place":
-        """Return where a camera's image is, by its number in `times_ns`."""
+        """Return the place of a camera's image, by its number in `times_ns`."""
         return self._places[camera][number]
 
 
@@ -160,8 +160,8 @@ class DepthReader:
         self._file.close()
 
     def image(self, camera: str, number: int) -> DepthFrame | None:
-        """Return a camera's image by its number in `times_ns`; None if it cannot be unpacked, as the recording's
-        `problem` says then."""
+        """Return a camera's image by its number in `times_ns`; None if it cannot be unpacked, which the recording's
+        `problem` then reports."""
         return self.frame(camera, self.recording.place(camera, number))
 
     def frame(self, name: str, place: _Place) -> DepthFrame | None:
@@ -195,7 +195,7 @@ def placed_cameras(take: Path, recording: DepthRecording, calibration: Calibrati
     """Return the cameras with depth that a calibration places, one at least.
 
     Raises:
-        CalibrationError: there is none; `take` is what the message names.
+        CalibrationError: there is none; the message names `take`.
     """
     names = [name for name in recording.cameras if name in calibration.cameras]
     if not names:

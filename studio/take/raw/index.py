@@ -1,4 +1,4 @@
-"""What the index at the end of a `raw.mcap` says, without its frames."""
+"""The index at the end of a `raw.mcap`, without its frames."""
 
 from pathlib import Path
 

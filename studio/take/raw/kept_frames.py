@@ -41,7 +41,7 @@ _PICTURE_DTYPE = np.dtype(
 )
 _HANDS_DTYPE = np.dtype(("f8", (2, 21, 2)))
 _BLOCKS = 8
-"""Cached blocks of records, because frames that are adjacent in a recording are needed together."""
+"""Number of cached blocks of records; frames that are adjacent in a recording are needed together."""
 
 
 class KeptFrames:
@@ -167,7 +167,7 @@ class _Chosen(FramesOnDemand):
 
 
 def several_bodies(frames: Mapping[str, Sequence[CameraFrame]]) -> bool:
-    """Whether a frame has more than one body; of `KeptFrames.frames` none is read for it."""
+    """Whether a frame has more than one body; reads no frame of `KeptFrames.frames`."""
     return any(
         mine.several if isinstance(mine, _Chosen) else any(frame.others for frame in mine)
         for mine in frames.values()

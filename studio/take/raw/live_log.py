@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 class StartEvent(msgspec.Struct, tag="start", omit_defaults=True):
     """A fresh pipeline; without a calibration there is none until the next start. All are as files hold them.
 
-    `people` are performers who are known from before (`KnownPerson`), where there are several.
+    `people` are performers known from before (`KnownPerson`), if there are several.
     """
 
     calibration: dict[str, Any] | None
@@ -56,7 +56,7 @@ class _ClockEvent(msgspec.Struct, kw_only=True):
 
 
 class ClockEvent(_ClockEvent, tag="clock", kw_only=True):
-    """From now on the camera's clock, the one that `clock_id` names, maps to the stage clock so."""
+    """From now on this maps the camera's clock named `clock_id` to the stage clock."""
 
 
 class StageClockEvent(_ClockEvent, tag="stage_clock", kw_only=True):
@@ -83,14 +83,14 @@ class PerformerEvent(msgspec.Struct, tag="performer"):
 
 
 class ExchangedEvent(msgspec.Struct, tag="exchanged"):
-    """From now on two performers, by number, are each whom the other was taken for."""
+    """From now on the identities of two performers, by number, are exchanged."""
 
     first: int
     second: int
 
 
 class SkippedEvent(msgspec.Struct, tag="skipped"):
-    """The frame that follows was recorded but kept from the live pipeline."""
+    """The next frame was recorded but withheld from the live pipeline."""
 
     camera: str
     sequence: int
@@ -99,7 +99,8 @@ class SkippedEvent(msgspec.Struct, tag="skipped"):
 class TickEvent(msgspec.Struct, tag="tick", omit_defaults=True):
     """The pipeline makes the output frame of this time.
 
-    `pinned` has where rigid bodies put joints then: by performer (`performer_1`) and joint, on the stage [m].
+    `pinned` has the positions in which rigid bodies put joints: by performer (`performer_1`) and joint, on the stage
+    [m].
     """
 
     stage_time_ns: int
@@ -124,7 +125,7 @@ class JoinedEvent(msgspec.Struct, tag="joined"):
 
 
 class RestartEvent(msgspec.Struct, tag="restart"):
-    """The server was started again within the take; so long nothing was recorded [ms]."""
+    """The server was started again within the take; time for which nothing was recorded [ms]."""
 
     gap_ms: int
 
@@ -136,7 +137,7 @@ class StoppedEvent(msgspec.Struct, tag="stopped"):
 
 
 class TimecodeEvent(msgspec.Struct, tag="timecode"):
-    """At the time of this event a frame of timecode began: its number since midnight, its rate, what told it."""
+    """At the time of this event a frame of timecode began: its number since midnight, its rate, its source."""
 
     frame: int
     rate: str
@@ -144,14 +145,14 @@ class TimecodeEvent(msgspec.Struct, tag="timecode"):
 
 
 class BodiesEvent(msgspec.Struct, tag="rigid_bodies"):
-    """At the time of this event another system told of rigid bodies, in its own axes (`BodyReading`)."""
+    """At the time of this event another system reported rigid bodies, in its own axes (`BodyReading`)."""
 
     axes: BodyAxes
     bodies: list[BodyReading]
 
 
 class MarkersEvent(msgspec.Struct, tag="markers"):
-    """At the time of this event another system told of markers, in its own axes (`MarkersReading`)."""
+    """At the time of this event another system reported markers, in its own axes (`MarkersReading`)."""
 
     axes: BodyAxes
     markers: MarkersReading
@@ -189,7 +190,7 @@ _decoder = msgspec.json.Decoder(KnownEvent)
 
 
 def read_event(data: bytes) -> LiveEvent:
-    """Return an event as it lies in the log.
+    """Return an event from its bytes in the log.
 
     Raises:
         FormatError: it is no JSON.
@@ -203,25 +204,25 @@ def read_event(data: bytes) -> LiveEvent:
 
 
 def performer_event(person: int, proportions: Performer) -> PerformerEvent:
-    """A stranger who was measured is a performer from now on."""
+    """Return the event that makes a measured stranger a performer."""
     return PerformerEvent(person, {**performer_to_json(proportions)})
 
 
 def start_event(
     calibration: Calibration | None, settings: SolveSettings, people: Sequence[KnownPerson] = ()
 ) -> StartEvent:
-    """A fresh pipeline, from the same numbers live and in replay."""
+    """Return the event of a fresh pipeline, from the same numbers live and in replay."""
     placed = None if calibration is None else {**calibration.to_json()}
     return StartEvent(placed, settings.to_json(), [{**one.to_json()} for one in people])
 
 
 def clock_event(camera: str, clock_id: str, clock: ClockModel) -> ClockEvent:
-    """A camera's clock."""
+    """Return the event of a camera's clock."""
     return ClockEvent(camera=camera, clock_id=clock_id, **_numbers(clock))
 
 
 def stage_clock_event(camera: str, clock_id: str, server_to_stage: ClockModel) -> StageClockEvent:
-    """Whose clock the stage clock is, and how the server's clock maps to it."""
+    """Return the event that names the stage clock's camera and maps the server's clock to it."""
     return StageClockEvent(camera=camera, clock_id=clock_id, **_numbers(server_to_stage))
 
 
@@ -256,7 +257,7 @@ class LoggedPipeline:
         self._skipped: set[tuple[str, int]] = set()
 
     def frame(self, frame: CameraFrame) -> list[Recognised]:
-        """Give the pipeline a frame, unless a `skipped` event preceded it; return whose bodies it shows."""
+        """Give the pipeline a frame, unless a `skipped` event preceded it; return the people recognised in it."""
         key = (frame.camera, frame.sequence)
         if key in self._skipped:
             self._skipped.discard(key)

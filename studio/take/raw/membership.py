@@ -13,10 +13,10 @@ Key = tuple[str, str]
 """Camera and start of its client (boot id)."""
 
 BEGIN_NS = 2_000_000_000
-"""A recording may begin with frames taken up to this long before, which were on their way."""
+"""Maximum time before a recording of its first frames, which were in transit [ns]."""
 
 END_NS = 50_000_000
-"""A frame up to this long after the end may belong to it, because clocks are not exact."""
+"""Maximum time after its end of a recording's frames, because clocks are not exact [ns]."""
 
 STRANGER = "of a client that took no part in the recording"
 BEFORE, AFTER = "taken before its beginning", "taken after its end"
@@ -71,7 +71,7 @@ class Membership:
         return BEFORE if taken_ns < self._begin_ns - BEGIN_NS else ""
 
     def refusal_of_span(self, key: Key, sequence: int, first_ns: int, last_ns: int) -> str:
-        """Return why what a client took over some time does not belong, "" if a part of it does.
+        """Return why a client's data of a span does not belong, "" if a part of it does.
 
         Args:
             key: start of the client.

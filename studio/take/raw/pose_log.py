@@ -1,8 +1,7 @@
 """The live poses of a take during its recording, written to disk at once: `live.poses`, records of one size.
 
-Further performers have a file each, `live.performer_2.poses`. When the take ends they become the solve `live`. A
-record has the number of its tick in the live log, so that after a crash the poses and the log can be cut to the same
-length.
+Further performers have a file each, `live.performer_2.poses`. At the end of the take they become the solve `live`. A
+record has the number of its tick in the live log; after a crash the poses and the log can be cut to the same length.
 """
 
 import os
@@ -75,11 +74,11 @@ class PoseLog:
 
 
 class PoseLogs:
-    """Writes the live poses of one take, of each performer into a file of their own; one thread writes.
+    """Writes the live poses of one take, with a file for each performer; one thread writes.
 
     Args:
         folder: of the take.
-        ticks: as of `PoseLog`.
+        ticks: as for `PoseLog`.
 
     Raises:
         OSError: the disk refuses; from any method.
@@ -151,7 +150,7 @@ class LoggedPoses:
 
 
 def read_poses(path: Path) -> LoggedPoses | None:
-    """Return what a pose log holds; None if it has no pose.
+    """Return the content of a pose log; None if it has no pose.
 
     Raises:
         TakeError: it cannot be read.

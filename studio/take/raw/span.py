@@ -1,4 +1,4 @@
-"""Time from the first to the last frame of a recording. Late frames count at the time when they were taken."""
+"""Time from the first to the last frame of a recording. Late frames count at their capture time."""
 
 Key = tuple[str, str]
 """Camera and start of its client (boot id)."""

@@ -232,7 +232,7 @@ class RawWriter:
         with open(self.path, "rb") as readable:
             end = data_end(readable, self._file.raw.seek(0, os.SEEK_END))
             index = index_bytes(readable, end, self._all_channels)
-        self._file.raw.truncate(end)  # a record half written when the disk failed makes room for the index
+        self._file.raw.truncate(end)  # a record half written at a disk error makes room for the index
         self._file.raw.seek(end)
         self._file.write(index)
         os.fsync(self._file.raw.fileno())

@@ -1,1 +1,1 @@
-"""The rigid bodies of a take: their motion (`kept`), what they are, and their use in solves and exports (`used`)."""
+"""The rigid bodies of a take: motion and descriptions (`kept`), and their use in solves and exports (`used`)."""

@@ -1,9 +1,9 @@
 """The rigid bodies of a take on disk.
 
-`rigid_bodies.npz` has their motion on the stage clock, where their own system has it. It is made from the events
-`rigid_bodies` of the live log when it is first asked for, and anew where it is missing. `rigid_bodies.json` has what
-they are. `seen_props.npz` has the motion of props that depth cameras saw, in the stage frame. `markers.npz` has
-markers, as `rigid_bodies.npz` bodies, made of the events `markers`.
+`rigid_bodies.npz` has their motion on the stage clock, in the frame of their own system. It is made from the events
+`rigid_bodies` of the live log when it is first requested, and again if it is missing. `rigid_bodies.json` describes
+them. `seen_props.npz` has the motion of props that depth cameras saw, in the stage frame. `markers.npz` has markers
+as `rigid_bodies.npz` has bodies, made from the events `markers`.
 """
 
 import json
@@ -50,7 +50,7 @@ def stage_tracks(events: Iterable[tuple[int, LiveEvent]], server_to_stage: Clock
 
 
 def save_tracks(take: Take, tracks: BodyTracks) -> None:
-    """Write the motion of rigid bodies that came in into the take.
+    """Write the motion of received rigid bodies into the take.
 
     Raises:
         StudioError: the disk refuses.
@@ -59,7 +59,7 @@ def save_tracks(take: Take, tracks: BodyTracks) -> None:
 
 
 def save_seen(take: Take, name: str, track: BodyTrack | None) -> None:
-    """Write the motion of a prop that cameras saw, in the stage frame; None takes it away.
+    """Write the motion of a prop that cameras saw, in the stage frame; None removes it.
 
     Raises:
         FormatError: the file of those seen before is damaged. StudioError: the disk refuses.
@@ -86,8 +86,8 @@ def _save(path: Path, tracks: BodyTracks) -> None:
 
 
 def take_tracks(take: Take) -> BodyTracks:
-    """Return the motion of a take's rigid bodies: of those that came in where their own system has it, and of props
-    that cameras saw in the stage frame.
+    """Return the motion of a take's rigid bodies: received ones in their own system's frame, props seen by cameras in
+    the stage frame.
 
     Raises:
         FormatError: a file is damaged.
@@ -109,7 +109,7 @@ def _told_tracks(take: Take) -> BodyTracks:
 
 
 def take_markers(take: Take) -> MarkerTracks:
-    """Return the markers that came in while a take was recorded, where their own system has them.
+    """Return the markers that were received during a take, in their own system's frame.
 
     Raises:
         FormatError: a file is damaged.
@@ -130,7 +130,7 @@ def take_markers(take: Take) -> MarkerTracks:
 
 
 def _gathered(take: Take) -> tuple[BodyTracks, MarkerTracks]:
-    """Make both files of what was recorded; nothing where nothing came in."""
+    """Make both files from the recording; none if nothing was received."""
     if not (take.path / KNOWN_FILE).is_file() or not take.raw_path.is_file():
         return BodyTracks(), MarkerTracks()
     told: list[tuple[int, LiveEvent]] = []
@@ -172,7 +172,7 @@ def _load(path: Path) -> BodyTracks:
 
 
 def save_take_bodies(take: Take, bodies: TakeBodies) -> None:
-    """Write what a take's rigid bodies are.
+    """Write the descriptions of a take's rigid bodies.
 
     Raises:
         SettingsError: a value that is not allowed. StudioError: the disk refuses.
@@ -182,7 +182,7 @@ def save_take_bodies(take: Take, bodies: TakeBodies) -> None:
 
 
 def take_bodies(take: Take) -> TakeBodies:
-    """Return what a take's rigid bodies are.
+    """Return the descriptions of a take's rigid bodies.
 
     Raises:
         FormatError: the file is damaged.

@@ -23,7 +23,7 @@ KINDS = (".csv", ".c3d")
 
 
 def name_marker(take: Take, name: str, joint: str) -> TakeBodies:
-    """Say on which canonical joint a marker of a take sits, "" = none; return what is known.
+    """Put a marker of a take on a canonical joint, "" = none; return the descriptions.
 
     Raises:
         SettingsError: no such joint, or another marker of the same asset sits on it.
@@ -49,14 +49,14 @@ def name_marker(take: Take, name: str, joint: str) -> TakeBodies:
 
 
 def marker_points(take: Take, asset: str | None = None) -> NamedPoints:
-    """Return a take's markers on the stage, on its clock, 120 a second; one on a joint is called after it.
+    """Return a take's markers on the stage, on its clock, at 120 Hz; one on a joint has the joint's name.
 
     Args:
         take: whose markers.
-        asset: the markers of this one alone; None = of all.
+        asset: only the markers of this one; None = of all.
 
     Raises:
-        SettingsError: no marker with a name came in, or none of this asset.
+        SettingsError: no marker with a name was received, or none of this asset.
         FormatError: a file is damaged.
     """
     known = take_bodies(take)
@@ -81,7 +81,7 @@ def _label(known: TakeBodies, name: str) -> str:
 
 
 def assets_of(markers: MarkerTracks) -> list[str]:
-    """Return the names of what the markers sit on."""
+    """Return the names of the assets that the markers sit on."""
     return list(dict.fromkeys(name.rpartition(":")[0] for name in markers.names))
 
 

@@ -29,8 +29,8 @@ class ReplayedBodies:
 
     @classmethod
     def of(cls, take: Take, performers: Sequence[SolvedPerformer] = ()) -> "ReplayedBodies":
-        """Return those of a take, props tied to the hands of a solve's performers that hold them, as they are
-        exported; none where a file is damaged."""
+        """Return those of a take; as in exports, props are tied to the hands of a solve's performers that hold them.
+        None are returned if a file is damaged."""
         try:
             known = take_bodies(take)
             found = stage_bodies(take, known)
@@ -61,7 +61,7 @@ class ReplayedBodies:
 
 
 def _in_hand(track: BodyTrack, body: KnownBody, performers: Sequence[SolvedPerformer]) -> BodyTrack:
-    """Return a prop's motion at a solve's instants at which it was seen; as it is where it was seen at none."""
+    """Return a prop's motion at those instants of a solve at which it was seen; unchanged if it was seen at none."""
     poses = prop_in_hand(body.name, track, body, performers)
     seen = poses.confidence[:, 0] > 0
     if not seen.any():

@@ -48,10 +48,10 @@ def stage_markers(take: Take, bodies: TakeBodies | None = None) -> MarkerTracks:
 
 
 def name_body(take: Take, body: KnownBody) -> TakeBodies:
-    """Say what a body of a take is; return what is known. Its tie stays while it is on the same joint.
+    """Describe a body of a take; return the descriptions. Its tie stays while it is on the same joint.
 
     Raises:
-        SettingsError: a value that is not allowed, or no such body came in.
+        SettingsError: a value that is not allowed, or no such body was received.
     """
     if body.name not in take_tracks(take).tracks:
         raise no_such_body(take, body.name)
@@ -67,10 +67,10 @@ def name_body(take: Take, body: KnownBody) -> TakeBodies:
 
 
 def forget_body(take: Take, name: str) -> TakeBodies:
-    """Forget what was said of a body of a take, which is only shown then; return what is known.
+    """Delete the description of a body of a take, which is then only shown; return the descriptions.
 
     Raises:
-        SettingsError: no such body came in.
+        SettingsError: no such body was received.
     """
     if name not in take_tracks(take).tracks:
         raise no_such_body(take, name)
@@ -90,7 +90,7 @@ def prop_in_hand(
     Args:
         name: of its joints.
         track: its motion on the stage.
-        body: what it is; None = nothing is said of it.
+        body: its description; None = none.
         performers: of the solve.
     """
     mine = [
@@ -112,12 +112,12 @@ def no_such_body(take: Take, name: str) -> SettingsError:
 
 
 def measure(take: Take, solve: str, *, place: bool) -> TakeBodies:
-    """Measure how the bodies on joints sit on them, against a solve, and keep it; return what is known.
+    """Measure how the bodies on joints sit on them, against a solve, and keep it; return the descriptions.
 
     Args:
         take: whose bodies.
         solve: of the take.
-        place: measure where their system stands, too; else it stays.
+        place: also measure the place of their system; else it stays.
 
     Raises:
         SettingsError: no body is on a joint.
@@ -164,7 +164,7 @@ def _at(poses: Poses, joint: str, time_s: NDArray[np.float64]) -> NDArray[np.flo
 def evidence_of(take: Take, performer: str) -> dict[str, tuple[BodyTrack, Tie]]:
     """Return by canonical joint the bodies that pin a performer's joints: evidence that was measured.
 
-    None where the place was measured under another calibration than that in use.
+    Empty if the place was measured under another calibration than that in use.
 
     Raises:
         FormatError: a file is damaged.
@@ -194,7 +194,7 @@ def pins_of(take: Take, performer: str, edits: Sequence[Edit], proportions: Perf
 
 
 def reference_of(take: Take, performer: str = PERFORMER) -> Reference:
-    """Return where the bodies on a performer's joints put these, as a reference on the stage clock.
+    """Return the positions in which the bodies on a performer's joints put these, as a reference on the stage clock.
 
     Raises:
         FormatError: no body on a joint was measured, or a file is damaged.
@@ -221,7 +221,7 @@ def reference_of(take: Take, performer: str = PERFORMER) -> Reference:
 
 
 def distances_mm(take: Take, solve: str) -> dict[str, NDArray[np.float64]]:
-    """Return by body how far its joint in a solve is from where it puts it [mm], where it is seen.
+    """Return by body the distance of its joint in a solve from where the body puts it [mm], where it is seen.
 
     Raises:
         FormatError: a file is damaged.

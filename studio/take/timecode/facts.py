@@ -1,4 +1,4 @@
-"""What is told of the timecode that came in while a take was recorded."""
+"""Facts about the timecode that was received during a take."""
 
 import numpy as np
 from msgspec import Struct
@@ -13,9 +13,9 @@ class TakeTimecode(Struct):
 
     Attributes:
         rate: its name; count: numbers in a second; fps: frames a second; drop: drop-frame.
-        source: what told it, such as `ltc`.
-        drift_ppm: how much faster than the stage clock it runs; None = too short to tell.
-        runs: of each start of timecode the stage time [s] and the frame since midnight, with its share.
+        source: where it came from, such as `ltc`.
+        drift_ppm: its drift, positive if it runs faster than the stage clock; None = too short to measure.
+        runs: stage time [s] of each start of timecode, and the frame since midnight, with its share.
         bridged_s: spans without timecode, stage time [s].
     """
 
@@ -30,7 +30,7 @@ class TakeTimecode(Struct):
 
 
 def take_timecode(take: Take) -> TakeTimecode | None:
-    """Return the timecode that came in; None where none did, or its file is damaged."""
+    """Return the received timecode; None if there is none, or its file is damaged."""
     if "timecode_rate" not in take.meta:
         return None
     try:

@@ -1,6 +1,6 @@
-"""The timecode of a take in `timecode.npz`: what came in while it was recorded, on the stage clock.
+"""The timecode of a take in `timecode.npz`: the readings received during it, on the stage clock.
 
-It is derived from the events `timecode` of the live log, and made anew from them where the file is missing.
+It is derived from the events `timecode` of the live log, and made from them again if the file is missing.
 """
 
 from collections.abc import Iterable
@@ -23,15 +23,15 @@ from studio.take.raw.records import RawEvent
 
 FILE = "timecode.npz"
 _OF_DAY = RATES["60"]
-"""How `timecode` of `take.json` counts: the time of the day at its start."""
+"""Rate of `timecode` in `take.json`, the time of the day at its start."""
 
 
 def stage_course(
     events: Iterable[tuple[int, LiveEvent]], server_to_stage: ClockModel | None
 ) -> TimecodeCourse | None:
-    """Return the course of timecode events at times of the server's clock [ns]; None where there is none to place.
+    """Return the course of timecode events at times of the server's clock [ns]; None if there is none to place.
 
-    Of several rates, that of the first event counts.
+    If there are several rates, that of the first event counts.
     """
     told = [(time_ns, event) for time_ns, event in events if isinstance(event, TimecodeEvent)]
     if not told or server_to_stage is None or told[0][1].rate not in RATES:

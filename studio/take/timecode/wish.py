@@ -1,4 +1,4 @@
-"""What an export is asked of timecode: which one it carries, and the part of the take by timecode."""
+"""Requests of an export for timecode: the timecode of its file, and the part of the take by timecode."""
 
 from dataclasses import dataclass, replace
 
@@ -18,7 +18,7 @@ class TimecodeWish:
 
     Attributes:
         timecode: of the take's first frame, or `take`: the take's own; None = the file has none.
-        rate: of `timecode`; None = that next to the file's frame rate.
+        rate: of `timecode`; None = the file's frame rate.
         begins, ends: the part of the take, by the take's own timecode; None = from the start, to the end.
     """
 
@@ -39,7 +39,7 @@ class TimecodeWish:
             fps: frame rate of the file [Hz].
 
         Raises:
-            SettingsError: the take has no timecode, a timecode that there is not, or a part that is not in the take.
+            SettingsError: the take has no timecode, a timecode that does not exist, or a part outside the take.
         """
         own = None
         if self.timecode == OF_TAKE or self.begins is not None or self.ends is not None:

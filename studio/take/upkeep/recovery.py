@@ -1,6 +1,6 @@
 """Repair of a take after a crash: a finished `raw.mcap` from the readable part, a rebuilt `take.json`.
 
-Nothing is lost: a damaged file stays beside its repaired successor (`raw.damaged.mcap`, `take.damaged.json`).
+Nothing is lost: a damaged file stays next to its repaired successor (`raw.damaged.mcap`, `take.damaged.json`).
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Whether a file that came from elsewhere is a video; runs in a process of its own."""
+"""Check whether a file from elsewhere is a video; runs in a separate process."""
 
 from pathlib import Path
 

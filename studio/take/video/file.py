@@ -45,11 +45,11 @@ class VideoFile:
 
     Attributes:
         path: its file.
-        frames_per_second: on average, as the file says.
-        duration_s: length, as the file says; 0 = it does not say.
-        created: time of the recording by the file, ISO 8601 in UTC; "" = it does not say.
+        frames_per_second: average, as the file states.
+        duration_s: length, as the file states; 0 = unknown.
+        created: time of the recording as the file states, ISO 8601 in UTC; "" = unknown.
         timecode: of its first frame; "" = none.
-        damage: what could not be read of it, once its frames were; "" = nothing.
+        damage: what could not be read, once its frames were read; "" = nothing.
     """
 
     path: Path
@@ -89,9 +89,9 @@ class VideoFile:
         A damaged frame is left out; a file that is cut off ends early. `damage` says so afterwards.
 
         Args:
-            past_ns: the time [ns] before which frames are no longer wanted; they are skipped up to the next key
-                frame. None = all are wanted.
-            from_ns: begin at the key frame before this time [ns], where the file lets it be found.
+            past_ns: the time [ns] before which frames are no longer wanted; they are skipped up to the next
+                keyframe. None = all are wanted.
+            from_ns: begin at the keyframe before this time [ns], if the file allows finding it.
 
         Raises:
             FormatError: it can no longer be opened.
@@ -106,7 +106,7 @@ class VideoFile:
             if from_ns > 0:
                 with contextlib.suppress(
                     FFmpegError
-                ):  # without a list of key frames it is read from its beginning
+                ):  # without a list of keyframes it is read from its beginning
                     container.seek(start + int(from_ns / unit), stream=track)
             packets = container.demux(track)
             while True:
@@ -183,7 +183,7 @@ class VideoFile:
 
 
 def no_frame(path: Path) -> FormatError:
-    """Return the error of a video of which nothing can be read."""
+    """Return the error for a video without a readable frame."""
     return FormatError("video.no_frame", "no frame of {path} can be read; is the file whole?", path=path)
 
 

@@ -1,4 +1,4 @@
-"""The videos that a take keeps: `video/<camera>/<number>.<ending>`, each with `<number>.json` beside it.
+"""The videos that a take keeps: `video/<camera>/<number>.<ending>`, each with its `<number>.json`.
 
 The JSON has the camera, the start of its client, and by frame the time in the file and the capture time on the
 camera's clock. A camera's video is one file (an import) or several, one after the other (a recording).
@@ -24,7 +24,7 @@ from studio.take.video.file import ENDINGS
 
 FOLDER = "video"
 KEPT_FREE_BYTES = 256 << 20
-"""Space of the disk that is left for recordings."""
+"""Disk space that is left for recordings."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class KeptVideo:
     Attributes:
         path: its file.
         camera: name of the camera.
-        boot_id: start of the client that recorded it; of an import `import`.
+        boot_id: start of the client that recorded it; `import` for an import.
         from_sequence: number of the first frame of landmarks that the client sent after it began to record.
         at_ns: time of each frame in the file, as `VideoFile.frames` gives it [ns], increasing, shape (frame_count,).
         times_ns: capture time of each on the clock of that start [ns], increasing, shape (frame_count,).
@@ -89,12 +89,12 @@ def keep_video(
 
     Args:
         file: the video; its ending stays.
-        number: its number; None = after those that are there. A video of that number is replaced.
+        number: its number; None = after the existing ones. A video of that number is replaced.
         moved: `file` is the studio's own, and is moved.
         camera, boot_id, at_ns, times_ns, from_sequence: as in `KeptVideo`.
 
     Raises:
-        FormatError: an ending that no video has, or times that do not fit to each other.
+        FormatError: an ending that no video has, or times that do not fit each other.
         TakeError: the disk is full or cannot be written.
     """
     if file.suffix.lower() not in ENDINGS:
@@ -127,7 +127,7 @@ def keep_video(
         ) from error
     video = KeptVideo(path, camera, boot_id, from_sequence, at_ns, times_ns)
     write_json(path.with_suffix(".json"), _to_json(video))
-    os.utime(take.path / FOLDER)  # the list of takes looks at it
+    os.utime(take.path / FOLDER)  # the list of takes checks it
     return video
 
 
@@ -150,7 +150,7 @@ def numbered(videos: Sequence[KeptVideo], number: int) -> tuple[KeptVideo, int]:
 
 
 def _place(file: Path, path: Path, *, moved: bool) -> None:
-    """Bring a file to its place; a reader meets it whole or not at all."""
+    """Bring a file to its place; a reader finds it complete or not at all."""
     if moved:
         os.replace(file, path)
         return

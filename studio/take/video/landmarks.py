@@ -27,7 +27,7 @@ class VideoLandmarks:
         pictures: of 33 landmarks each; all are unseen where nobody is there.
         visibility: 0..1, shape (frame_count, 33).
         most_people: largest number of people in a picture.
-        video: what its file says.
+        video: facts from its file.
     """
 
     times_ns: NDArray[np.int64]
@@ -38,7 +38,7 @@ class VideoLandmarks:
 
     @property
     def somebody(self) -> NDArray[np.bool_]:
-        """In which frames there is somebody, shape (frame_count,)."""
+        """Whether somebody is in each frame, shape (frame_count,)."""
         return np.array([np.isfinite(picture.pixels).any() for picture in self.pictures])
 
 

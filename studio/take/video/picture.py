@@ -27,7 +27,7 @@ class SmallPicture:
 
     @property
     def reduced(self) -> float:
-        """How many pixels of the whole picture one of `image` is wide."""
+        """Width of a pixel of `image` in pixels of the whole picture."""
         return self.width / self.image.shape[1]
 
     def whole(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -37,11 +37,11 @@ class SmallPicture:
 
 
 def small_picture(frame: "av.VideoFrame", *, mirrored: bool = False) -> SmallPicture:
-    """Return a decoded frame as a picture, turned as its file says.
+    """Return a decoded frame as a picture, turned upright as its file states.
 
     Args:
         frame: of a video or a webcam.
-        mirrored: the camera exchanges left and right, as selfie cameras do; the picture is exchanged back.
+        mirrored: the camera swaps left and right, as selfie cameras do; the picture is swapped back.
     """
     factor = max(1, max(frame.width, frame.height) // WORKING_SIDE)
     columns, rows = max(1, round(frame.width / factor)), max(1, round(frame.height / factor))

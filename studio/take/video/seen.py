@@ -1,4 +1,4 @@
-"""What a camera saw beside its video: its landmarks as recorded, and its frames' times on one clock."""
+"""Data besides a camera's video: its landmarks as recorded, and its frames' times on one clock."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class VideoSeen:
 
 
 def video_seen(take: Take, videos: Sequence[KeptVideo]) -> VideoSeen:
-    """Return what a camera saw; reads all of `raw.mcap`.
+    """Return a camera's pictures and landmarks; reads all of `raw.mcap`.
 
     Args:
         videos: those of the camera, one at least.

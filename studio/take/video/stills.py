@@ -1,7 +1,7 @@
-"""Single pictures of video files as JPEG, decoded in a process of their own.
+"""Single pictures of video files as JPEG, decoded in a separate process.
 
-Files come from anywhere: what breaks a decoder ends that process, not the server. A file stays open where the last
-picture was, so that the next ones need no search.
+Files come from anywhere: one that breaks the decoder ends that process, not the server. A file stays open at the last
+picture, so that the next ones need no search.
 """
 
 import io
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 OPEN_FILES = 6
 PATIENCE_S = 30.0
-"""A picture that takes longer is given up."""
+"""Timeout of a picture [s]."""
 
 _QUALITY = 82
 _NICENESS = 5
 _ON_S = 2.0
-"""A picture that is further on in the file is searched from the key frame before it."""
+"""Maximum distance of the next picture in the file without a search from the keyframe before it [s]."""
 
 
 class Stills:
@@ -47,7 +47,7 @@ class Stills:
         Args:
             path: of the video.
             at_ns: as `VideoFile.frames` gives it [ns].
-            width: largest width of the picture [pixels]; smaller ones stay as they are.
+            width: maximum width of the picture [pixels]; smaller ones are unchanged.
 
         Raises:
             FormatError: the file is no video, or has no picture there that can be read.
@@ -124,7 +124,7 @@ class _OpenVideo:
         )
 
     def _search(self, at_ns: int) -> None:
-        """Begin at a key frame before a time, or on it; files tell these times more or less well."""
+        """Begin at a keyframe before a time, or at it; the accuracy of these times varies with the file."""
         for earlier_s in (0.0, 2.0, 20.0, float("inf")):
             from_ns = 0 if earlier_s * 1e9 > at_ns else at_ns - round(earlier_s * 1e9)
             self._frames = self._video.frames(from_ns=from_ns)
@@ -163,7 +163,7 @@ def _work(connection: Connection) -> None:
 
 
 def jpeg(frame: "av.VideoFrame", width: int) -> bytes:
-    """Return a frame as JPEG, upright and at most so wide [pixels]."""
+    """Return a frame as JPEG, upright and at most `width` wide [pixels]."""
     import numpy as np
     from PIL import Image
 

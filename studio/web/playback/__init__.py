@@ -1,7 +1,7 @@
-"""Replay in the browser view: a take's solve, and another as a ghost beside it.
+"""Replay in the browser view: a take's solve, and another as a ghost next to it.
 
-`clip` loads a solve with its inputs; `player` keeps the time and gives the view steps as the live
-stage does, so that both look the same; `curves` computes the timeline; `routes` is the API.
+`clip` loads a solve with its inputs; `player` keeps the time and gives the view steps like the
+live stage, so that both look the same; `curves` computes the timeline; `routes` is the API.
 """
 
 from studio.web.playback.player import Player

@@ -42,10 +42,10 @@ class Clip:
         trace: inputs of the frames; None for the solve `live` and imported ones.
         calibration: in use in the take, if it has one.
         disagrees: by camera, the spans in which it did not agree with the others; may be empty.
-        holds: what the take holds, where there is no solve.
+        holds: the content of the take, if there is no solve.
         depth: where the take's depth images are.
-        performer: of several who this is, `performer_1` and so on; "" for one who is alone.
-        names: of all performers of the solve, by performer; empty for one who is alone.
+        performer: which of several this is, `performer_1` and so on; "" for a single performer.
+        names: of all performers of the solve, by performer; empty for a single performer.
         undecided_s: by performer the spans of stage time [s] in which they were not told apart from another.
         here: whether this performer is on the stage, shape (frame_count,); None = always.
         others: the clips of further performers, with the same frames.
@@ -69,15 +69,15 @@ class Clip:
 
     @classmethod
     def load(cls, take: Take, solve: str, performer: str | None = None) -> "Clip":
-        """Return a take's solve. Of several performers the clip is that of `performer`, else of the first; it has
-        frames from the first of any to the last of any.
+        """Return a take's solve. With several performers, the clip is that of `performer`, else of the first; it has
+        frames from the first frame of any to the last frame of any.
 
         Raises:
             TakeError: no such performer.
             FormatError: the solve is empty, damaged, or an animation without hips.
         """
         if performer is not None:
-            take.performer_folder(solve, performer)  # reports who is not there
+            take.performer_folder(solve, performer)  # reports a missing performer
         solved = solved_performers(take, solve)
         clip = cls.of(take, solve, _checked(solve, solved[0].poses), solved)
         if solved[0].undecided_s is None:
@@ -96,7 +96,7 @@ class Clip:
 
     @classmethod
     def of(cls, take: Take, solve: str, poses: Poses, performers: Sequence[SolvedPerformer] = ()) -> Self:
-        """Return poses as a take's solve, without what went into them; its performers may hold props."""
+        """Return poses as a take's solve, without their inputs; its performers may hold props."""
         calibration = _calibration(take)
         depth = ReplayedDepth.of(take.raw_path, calibration)
         name = f"{take.path.parent.name}/{take.path.name}"
@@ -104,7 +104,7 @@ class Clip:
         return cls(name, solve, poses, None, calibration, depth=depth, bodies=bodies)
 
     def clock(self, camera: str) -> ClockModel | None:
-        """Return the map from a camera's clock to the stage clock; None where nothing tells it."""
+        """Return the map from a camera's clock to the stage clock; None if unknown."""
         placed = self.depth.placed.get(camera)
         return None if placed is None else placed[1]
 
@@ -113,7 +113,7 @@ class Clip:
         return (self, *self.others)
 
     def chosen(self, performer: str) -> "Clip":
-        """Return the clip with this performer as the one of the curves, if the solve has them."""
+        """Return the clip with this performer as the one of the curves, if the solve has this performer."""
         for one in self.others:
             if one.performer == performer:
                 others = tuple(other for other in self.everybody() if other is not one)
@@ -133,7 +133,7 @@ class Clip:
         return self.here is None or bool(self.here[frame])
 
     def step(self, frame: int) -> StepResult:
-        """Return a frame as a result of the pipeline, with that of everybody who is on the stage."""
+        """Return a frame as a result of the pipeline, with everybody who is on the stage."""
         found = [one._own_step(frame) for one in self.everybody() if one.is_here(frame)]
         if not found:
             nobody = self._own_step(frame)
@@ -143,7 +143,7 @@ class Clip:
         return replace(found[0], others=tuple(found[1:]), bodies=bodies, markers=markers)
 
     def trails(self, frame: int, frames: int) -> dict[int, NDArray[np.float64]]:
-        """Return the joints' places up to a frame by the performer's number, shape (N, 52, 3), N `frames` at most."""
+        """Return the joints' places up to a frame by performer number, shape (N, 52, 3), N at most `frames`."""
         part, found = slice(max(0, frame - frames), frame + 1), {}
         for one in self.everybody():
             places = one.poses.positions_m[part] if self.solve else one.poses.positions_m[:0]

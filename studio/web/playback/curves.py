@@ -38,7 +38,7 @@ class Curves(Struct):
             (`metrics.cleanup.pops`), at the solve's own frames.
         away: the spans in which the performer is not on the stage.
         undecided: by performer the spans in which they were not told apart from another.
-        disagrees: by camera the spans in which all its joints were so far from the other cameras' [mm].
+        disagrees: by camera the spans in which it disagreed, with its joints' distance from the other cameras' [mm].
     """
 
     joint: str
@@ -209,7 +209,7 @@ def spans(flags: NDArray[np.bool_], gap: int = 0) -> list[FrameSpan]:
 
 
 def no_joint(joint: str) -> SettingsError:
-    """Return the refusal of a joint that no solve has."""
+    """Return the error for a joint that no solve has."""
     return SettingsError(
         "replay.no_joint",
         "there is no joint {joint!r}; allowed: {allowed}",

@@ -1,4 +1,4 @@
-"""What the replay needs of the server to find takes."""
+"""The server's interface by which the replay finds takes."""
 
 from typing import Any, Protocol
 
@@ -13,5 +13,5 @@ class TakeFinder(Protocol):
         ...
 
     def solve(self, take: Take, name: str, performer: str | None = None) -> Any:
-        """Return the path of the poses of a take's solve, of several those of a performer."""
+        """Return the path of the poses of a take's solve, or of one of its several performers."""
         ...

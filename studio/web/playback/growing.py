@@ -1,4 +1,4 @@
-"""Solves that are still being made, as far as they are: kept in memory, each until its solve has ended."""
+"""The finished parts of solves that are still being made, kept in memory until the solve ends."""
 
 import threading
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from studio.web.playback.clip import Clip
 
 @dataclass(frozen=True)
 class GrowingClip(Clip):
-    """The beginning of a solve that is being made; `of_s`: how long the whole will be [s]."""
+    """The beginning of a solve that is being made; `of_s`: length of the whole solve [s]."""
 
     of_s: float = 0.0
 
@@ -26,12 +26,12 @@ class GrowingClips:
         self._clips: dict[tuple[str, str], GrowingClip] = {}
 
     def find(self, take: str, solve: str) -> GrowingClip | None:
-        """Return what a solve has so far; None where nothing of it is known."""
+        """Return a solve's parts so far; None if there are none."""
         with self._lock:
             return self._clips.get((take, solve))
 
     def add(self, take: Take, solve: str, so_far: SoFar) -> GrowingClip:
-        """Take in the next part, and return all of them."""
+        """Add the next part; return all parts so far."""
         id_ = f"{take.path.parent.name}/{take.path.name}"
         part = on_output_joints(so_far.poses)
         with self._lock:
@@ -44,7 +44,7 @@ class GrowingClips:
         return clip
 
     def end(self, take: str, solve: str) -> None:
-        """Forget a solve: it has been made, or will not be."""
+        """Remove a solve that is finished or was given up."""
         with self._lock:
             self._clips.pop((take, solve), None)
 

@@ -40,7 +40,7 @@ class JointCurve(Struct):
     Attributes:
         joint, channel: one of `OUTPUT_JOINTS`, of `CHANNELS`; `unit`: of the values.
         order: of a rotation's axes, the first one turned first, as programs name it ("XYZ"); else "".
-        frames: indices, increasing; `values` there, null where nothing is known.
+        frames: indices, increasing; `values` there, null where unknown.
         unseen: spans `[first, last]` of frames in which no camera was used for the joint: the solve filled them in.
     """
 
@@ -63,8 +63,8 @@ class JointCurves(Struct):
 
 
 class CurveColumns:
-    """The channels of one clip over all its frames, each computed when it is first asked for and kept until another
-    clip, or another second figure, is asked about. Safe from any thread."""
+    """The channels of one clip over all its frames, each computed at its first request and kept until another clip or
+    second figure is requested. Safe from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -83,14 +83,14 @@ class CurveColumns:
         points: int = 3000,
         beside: tuple[Second | None, float] = (None, 0.0),
     ) -> JointCurves:
-        """Return curves of a part of a clip; of each stretch the first frame and the extremes, about `points` frames.
+        """Return curves of a part of a clip: the first frame and the extremes of each stretch, about `points` frames.
 
         Args:
-            clip: what is replayed.
+            clip: the replayed clip.
             wanted: curves as `joint.channel`, at most `MAX_CURVES`; without a second figure there is no `distance`.
             first, last: the part; None = up to the end.
             points: frames of each curve, about.
-            beside: the second figure, and how far it is ahead [s].
+            beside: the second figure, and its lead [s].
 
         Raises:
             SettingsError: no such joint or channel, too many curves, or no such part.
@@ -184,7 +184,7 @@ class CurveColumns:
         return self._clip
 
     def _not_used(self, joint: int) -> NDArray[np.bool_]:
-        """Frames in which no camera was used for a joint, or for the nearest one above it that cameras see."""
+        """Whether no camera was used for a joint, or for its nearest parent that cameras see, by frame."""
         if joint not in self._unseen:
             clip, seen = self._shown, joint
             while seen not in _CANONICAL_OF_OUTPUT and OUTPUT_PARENTS[seen] >= 0:

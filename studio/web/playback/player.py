@@ -34,7 +34,7 @@ PART_S = (0.3, 1.2)
 """Time before and after the playhead in a preview [s]."""
 GHOST_OFFSET_MS = 3_600_000.0
 GHOST_APART_M = 5.0
-"""Largest offset of the second figure to the side."""
+"""Maximum offset of the second figure to the side [m]."""
 
 _Key = tuple[int, int, int, int, float, float]
 
@@ -52,11 +52,11 @@ class Screen(Protocol):
         names: Mapping[int, str],
         robots: tuple[str, Mapping[int, NDArray[np.float64]]],
     ) -> None:
-        """Show a frame, another solve's beside it, and the joints' earlier places, shape (N, 52, 3); `depth`: where
+        """Show a frame, another solve's next to it, and the joints' earlier places, shape (N, 52, 3); `depth`: where
         the take's depth images are; `robots`: a robot's name, and its configurations by the performer's number."""
 
     def show_live(self) -> None:
-        """Go back to the live stage."""
+        """Return to the live stage."""
 
 
 class Player:
@@ -88,7 +88,7 @@ class Player:
         return self._clip
 
     def shown(self) -> tuple[Clip, tuple[Second | None, float]]:
-        """Return the replayed clip, and the second figure with how far it is ahead [s].
+        """Return the replayed clip, and the second figure with its lead [s].
 
         Raises:
             SettingsError: nothing is replayed.
@@ -97,7 +97,7 @@ class Player:
             return self._open(), (self._ghost, self._ghost_offset_ms * 1e-3)
 
     def show_robot(self, robot: ReplayedRobot) -> None:
-        """Show how a robot moves where its motion belongs to the replayed solve."""
+        """Show a robot's motion if it belongs to the replayed solve."""
         with self._changed:
             self._robot = robot
             self._changed.notify()
@@ -122,7 +122,7 @@ class Player:
             self._go(0 if time_s is None else clip.nearest(time_s))
 
     def space_m(self) -> NDArray[np.float64]:
-        """Return outermost points of the replayed motion, and of the second one beside it, shape (N, 3) [m].
+        """Return outermost points of the replayed motion, and of the second one next to it, shape (N, 3) [m].
 
         Raises:
             SettingsError: nothing is replayed.
@@ -132,8 +132,7 @@ class Player:
         return space_of(_places(clip, ghost))
 
     def part(self, take: str) -> tuple[float, float, str]:
-        """Return the stage times around the playhead [s], for a preview there, and of several performers the one of
-        the curves.
+        """Return the stage times around the playhead for a preview [s], and the performer of the curves, if several.
 
         Raises:
             SettingsError: this take is not replayed.
@@ -142,7 +141,7 @@ class Player:
         return now_s - PART_S[0], now_s + PART_S[1], performer
 
     def playhead(self, take: str) -> tuple[float, str]:
-        """Return the stage time at the playhead [s], and of several performers the one of the curves.
+        """Return the stage time at the playhead [s], and the performer of the curves, if several.
 
         Raises:
             SettingsError: this take is not replayed.
@@ -166,8 +165,8 @@ class Player:
                 self._changed.notify()
 
     def grow(self, take: Take, solve: str, so_far: SoFar) -> None:
-        """Take in the next part of a solve that is being made: it is shown where this solve is replayed already, or
-        the take without any solve."""
+        """Add the next part of a solve that is being made. It is shown if this solve is replayed already, or the take
+        without any solve."""
         clip = self.growing.add(take, solve, so_far)
         with self._changed:
             shown = self._clip
@@ -175,7 +174,7 @@ class Player:
                 self.open(clip, self._ghost)
 
     def grown(self, take: Take, solve: str) -> None:
-        """A solve has been made, or will not be: where its beginning was shown, it is, or what the cameras saw."""
+        """Handle the end of a solve: if its beginning was shown, show it, or what the cameras saw if it failed."""
         id_ = f"{take.path.parent.name}/{take.path.name}"
         self.growing.end(id_, solve)
         if not self._grows(id_, solve):
@@ -220,8 +219,8 @@ class Player:
         ghost_offset_ms: float | None = None,
         ghost_apart_m: float | None = None,
     ) -> None:
-        """Play or pause, go to a frame or by some frames, set speed, loop and the played range; shift the
-        second figure in time, or to the side.
+        """Play or pause, go to a frame or by some frames, set speed, loop and the played range; shift the second
+        figure in time or to the side.
 
         Raises:
             SettingsError: nothing is replayed, or a value that is not allowed.
@@ -265,7 +264,7 @@ class Player:
             self._go(min(max(place, 0.0), float(end)))
 
     def status(self) -> ReplayStatus:
-        """Return where the replay is, `open` is false while the live stage is shown."""
+        """Return the state of the replay; `open` is false while the live stage is shown."""
         with self._changed:
             clip = self._clip
             if clip is None:
@@ -378,7 +377,7 @@ class Player:
 
 
 def _places(clip: Clip, ghost: Second | None) -> NDArray[np.float64]:
-    """Return where joints are in a clip, and in a second one beside it, in some frames, shape (N, 3) [m]."""
+    """Return joint positions in some frames of a clip, and of a second figure next to it, shape (N, 3) [m]."""
     motions = [one.poses.positions_m[::FRAMED_EVERY] for one in clip.everybody()]
     if ghost is not None and isinstance(ghost.shown, Clip):
         others = [one.poses.positions_m[::FRAMED_EVERY] for one in ghost.shown.everybody()]
@@ -387,7 +386,7 @@ def _places(clip: Clip, ghost: Second | None) -> NDArray[np.float64]:
 
 
 def _check_ghost(offset_ms: float | None, apart_m: float | None) -> None:
-    """Raise SettingsError if the second figure may not be shifted so far."""
+    """Raise SettingsError if the second figure may not be shifted this far."""
     if offset_ms is not None and not abs(offset_ms) <= GHOST_OFFSET_MS:
         raise SettingsError(
             "replay.ghost_offset",

@@ -1,4 +1,4 @@
-"""A take without a solve, loaded for replay: what its cameras saw, and what it holds."""
+"""A take without a solve, loaded for replay: its cameras' skeletons, and its content."""
 
 from dataclasses import dataclass, replace
 
@@ -21,10 +21,10 @@ from studio.web.points.replayed import ReplayedDepth
 
 RATE_HZ = 30.0
 _NEAR_S = 0.1
-"""A camera's frame stands for an instant that is no further away."""
+"""Maximum distance between an instant and the camera frame that stands for it [s]."""
 
 _APART_M = 2.0
-"""Cameras that no calibration places show what they saw so far beside each other."""
+"""Distance between the skeletons of cameras that no calibration places [m]."""
 
 _LOOKING_NORTH = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 _UNSEEN = np.full(JOINT_COUNT, np.nan)
@@ -32,9 +32,9 @@ _UNSEEN = np.full(JOINT_COUNT, np.nan)
 
 @dataclass(frozen=True)
 class RawClip(Clip):
-    """What the cameras of a take saw: its solve has no name, and there is no body.
+    """The skeletons that the cameras of a take saw: its solve has no name, and there is no body.
 
-    `holds` has `skeletons` and `depth`, by camera how many frames and images the take has, and `calibrated`.
+    `holds` has `skeletons` and `depth`, the numbers of frames and images by camera, and `calibrated`.
     """
 
     def step(self, frame: int) -> StepResult:
@@ -44,7 +44,7 @@ class RawClip(Clip):
 
 
 def load_raw(take: Take) -> RawClip:
-    """Return what the cameras of a take saw, at 30 Hz: on the stage where the take is calibrated, else side by side.
+    """Return the skeletons that the cameras saw, at 30 Hz: on the stage if the take is calibrated, else side by side.
 
     Raises:
         TakeError: the take has no frames.
@@ -126,7 +126,8 @@ def _depth_times(take: Take) -> dict[str, NDArray[np.int64]]:
 def _side_by_side(
     times_ns: dict[str, NDArray[np.int64]], joints: dict[str, NDArray[np.float64]]
 ) -> dict[str, tuple[NDArray[np.float64], ClockModel]]:
-    """Place cameras that look level: each has its performer on the floor beside the others', and begins with them."""
+    """Place cameras as if they looked level: each one's performer stands on the floor next to the others', and all
+    begin together."""
     placed = {}
     for k, (name, times) in enumerate(times_ns.items()):
         T_stage_camera = make_transform(_LOOKING_NORTH, np.array([0.0, 0.0, 1.0]))
@@ -142,7 +143,7 @@ def _side_by_side(
 def _nearest(
     times_s: NDArray[np.float64], grid_s: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the index of the frame nearest to each instant, and whether it is near enough to stand for it."""
+    """Return the index of the frame nearest to each instant, and whether it is near enough."""
     after = np.clip(np.searchsorted(times_s, grid_s), 1, max(len(times_s) - 1, 1))
     before = after - 1
     after = np.minimum(after, len(times_s) - 1)
@@ -151,7 +152,7 @@ def _nearest(
 
 
 def _placeholder(grid_s: NDArray[np.float64], seen: NDArray[np.float64]) -> Poses:
-    """Return poses that are only a place for the times: all joints where the cameras see somebody in the middle."""
+    """Return placeholder poses that hold the times: all joints lie in the middle of what the cameras see."""
     count, joints = len(grid_s), len(OUTPUT_JOINTS)
     known = seen[np.isfinite(seen).all(axis=-1)]
     middle = np.median(known, axis=0) if len(known) else np.array([0.0, 0.0, 1.0])

@@ -1,4 +1,4 @@
-"""Robots in the performers' place: which one everybody is drawn as, and its motion for what is replayed."""
+"""Robots in the performers' place: the one that everybody is drawn as, and its motion for the replay."""
 
 import threading
 from collections.abc import Mapping, Sequence
@@ -26,18 +26,18 @@ if TYPE_CHECKING:
     from studio.engine.robots.strain import StrainedJoint
 
 KIND = "robot"
-"""Kind of the work that retargets a solve."""
+"""Kind of the job that retargets a solve."""
 
 
 @dataclass(frozen=True)
 class ReplayedRobot:
-    """How a robot moves by the performers of a solve.
+    """A robot's motions that follow the performers of a solve.
 
     Attributes:
         name: of the robot.
         take, solve: whose solve.
         motions: by the performer's number.
-        strained: joints of which the motions ask too much torque, by the performer's number.
+        strained: joints of which the motions demand too much torque, by the performer's number.
     """
 
     name: str = ""
@@ -76,13 +76,13 @@ def _nearest(times: NDArray[np.float64], time_s: float) -> int:
 
 
 class _View(Protocol):
-    """What is drawn."""
+    """The view's interface."""
 
     def choose_robot(self, chosen: ChosenRobot | None) -> None: ...
 
 
 class _Player(Protocol):
-    """What is replayed."""
+    """The player's interface."""
 
     @property
     def clip(self) -> Clip | None: ...
@@ -102,7 +102,7 @@ class ChosenRobots:
 
     @property
     def name(self) -> str:
-        """Name of the robot as which everybody is drawn; "" = none."""
+        """Name of the robot that everybody is drawn as; "" = none."""
         return "" if self._chosen is None else self._chosen.robot.name
 
     def names(self) -> list[str]:
@@ -110,12 +110,12 @@ class ChosenRobots:
         return kept_robots(self._folder)
 
     def strained(self) -> "Mapping[int, Sequence[StrainedJoint]]":
-        """Joints of which the motions for the replayed solve ask too much torque, by the performer's number."""
+        """Joints of which the motions for the replayed solve demand too much torque, by the performer's number."""
         clip, replayed = self._player.clip, self._replayed
         return replayed.strained if clip is not None and replayed.of(clip) else {}
 
     def gave_way(self) -> "Mapping[int, Sequence[GaveWay]]":
-        """When the motions for the replayed solve gave way for their torques, by the performer's number."""
+        """Times at which the motions for the replayed solve gave way for their torques, by the performer's number."""
         clip, replayed = self._player.clip, self._replayed
         if clip is None or not replayed.of(clip):
             return {}
@@ -134,8 +134,8 @@ class ChosenRobots:
         self.follow_replay()
 
     def follow_replay(self) -> None:
-        """Show the robot's motion for the replayed solve: the kept one, else have it computed. Until it is there, the
-        robot follows frame by frame."""
+        """Show the robot's motion for the replayed solve: the kept one, else compute it. Until it is ready, the robot
+        follows frame by frame."""
         chosen, clip = self._chosen, self._player.clip
         if chosen is None or clip is None or not clip.solve or isinstance(clip, GrowingClip):
             self._show(NO_ROBOT)
@@ -143,7 +143,7 @@ class ChosenRobots:
             self._compute(chosen.robot.name, clip)
 
     def _shows_kept(self, chosen: ChosenRobot, clip: Clip) -> bool:
-        """Show the kept motion, if there is one of these poses."""
+        """Show the kept motion, if there is one for these poses."""
         from studio.offline.robots import kept_robot_motions
 
         robot = chosen.robot
@@ -172,7 +172,7 @@ class ChosenRobots:
         chosen, clip = self._chosen, self._player.clip
         if chosen is None or clip is None or not clip.solve:
             return
-        with suppress(StudioError, OSError):  # the take is gone meanwhile
+        with suppress(StudioError, OSError):  # the take was removed meanwhile
             self._shows_kept(chosen, clip)
 
     def _take(self, clip: Clip) -> Take:

@@ -40,7 +40,7 @@ class ReplayedSolve(_ReplayBody):
 
 
 class ReplayedPerformerOf(ReplayedSolve):
-    """A solve of a take, and of several performers the one of the curves and the edit list."""
+    """A solve of a take, and the one of several performers for the curves and the edit list."""
 
     performer: str | None = Field(
         None, description="`performer_1`, ... or a name; the first where left out", examples=["performer_2"]
@@ -71,7 +71,7 @@ class Space(BaseModel):
 
 
 class Joints(BaseModel):
-    """Where the joints of the output skeleton are, by name, stage frame [m]; without those that are not known."""
+    """Positions of the output skeleton's joints by name, stage frame [m]; unknown ones are left out."""
 
     positions_m: dict[str, tuple[float, float, float]]
 
@@ -81,7 +81,7 @@ class ChangeRequest(_ReplayBody):
 
     playing: bool | None = None
     frame: int | None = Field(None, description="go there")
-    step: int | None = Field(None, description="pause, and go on by so many frames; negative: back")
+    step: int | None = Field(None, description="pause, and move by this many frames; negative: back")
     speed: float | None = Field(None, description="0.05 to 4; 1 is real time")
     loop: bool | None = None
     first: int | None = Field(None, description="first frame of the range that is played")
@@ -133,7 +133,7 @@ def playback_routes(player: Player, takes: TakeFinder, robots: ChosenRobots) -> 
         return Second.reference(clip.take, wanted.reference, PlacedMotion.load(kept).motion, number)
 
     def _performer(take: Take, wanted: ReplayedPerformerOf) -> str | None:
-        """Return the wanted performer, None where another solve of the take has them and this one has not."""
+        """Return the wanted performer; None if another solve of the take has them and this one does not."""
         if wanted.performer is None:
             return None
         performer = performer_by_name(take.meta, wanted.performer)
@@ -142,12 +142,12 @@ def playback_routes(player: Player, takes: TakeFinder, robots: ChosenRobots) -> 
 
     @router.get("")
     def get_replay() -> ReplayStatus:
-        """Where the replay is; `open` is false while the live stage is shown."""
+        """State of the replay; `open` is false while the live stage is shown."""
         return player.status()
 
     @router.put("")
     def open_replay(request: OpenRequest) -> ReplayStatus:
-        """Show a take's solve instead of the live stage; cameras go on being received and recorded."""
+        """Show a take's solve instead of the live stage; cameras are still received and recorded."""
         clip = load(request)
         player.open(clip, None if request.ghost is None else second(request.ghost, clip))
         robots.follow_replay()
@@ -167,7 +167,7 @@ def playback_routes(player: Player, takes: TakeFinder, robots: ChosenRobots) -> 
 
     @router.get("/space")
     def get_space() -> Space:
-        """Outermost points of the replayed motion, for a page that looks at all of it."""
+        """Outermost points of the replayed motion, for a page that shows all of it."""
         return Space(points_m=player.space_m().tolist())
 
     @router.get("/joints")

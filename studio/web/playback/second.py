@@ -1,4 +1,4 @@
-"""A second figure beside a clip: another solve, or a reference, with its alignment to the clip's stage and clock."""
+"""A second figure next to a clip: another solve, or a reference, aligned to the clip's stage and clock."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -22,13 +22,13 @@ _AT_REST = np.tile([1.0, 0.0, 0.0, 0.0], (len(OUTPUT_JOINTS), 1))
 
 @dataclass(frozen=True)
 class Second:
-    """A figure beside a clip, at stage times of the clip.
+    """A figure next to a clip, at stage times of the clip.
 
     Attributes:
         name: which it is.
         shown: a clip, drawn as a character, or a motion already on the stage, drawn as a skeleton.
         alignment: from the clip's stage and clock to those of `shown`.
-        performer: number of the clip's performer beside whom a reference stands.
+        performer: number of the clip's performer next to whom a reference stands.
     """
 
     name: SecondFigure
@@ -38,8 +38,8 @@ class Second:
 
     @classmethod
     def solve(cls, other: Clip, clip: Clip, alignment: Alignment | None = None) -> "Second":
-        """Return another solve beside a clip: of the same take at the same times, of another take from its beginning
-        on, unless an alignment says how it lies."""
+        """Return another solve next to a clip: one of the same take at the same times, one of another take from its
+        beginning on, unless an alignment is given."""
         if alignment is not None:
             return cls(SecondFigure(other.take, other.solve, lined_up=True), other, alignment)
         start_s = 0.0 if other.take == clip.take else other.poses.begins_s - clip.poses.begins_s
@@ -48,7 +48,7 @@ class Second:
 
     @classmethod
     def reference(cls, take: str, name: str, motion: Reference, performer: int = 1) -> "Second":
-        """Return a reference of the clip's take, which lies on its stage; `performer`: number of whose it is."""
+        """Return a reference of the clip's take, on its stage; `performer`: number of its performer."""
         return cls(SecondFigure(take, reference=name), motion, Alignment(np.eye(4)), performer)
 
     def step(self, time_s: float, *, apart_m: float = 0.0) -> StepResult:
@@ -78,8 +78,8 @@ class Second:
         return replace(step, performer=clip.number)
 
     def path_m(self, times_s: NDArray[np.float64], joint: int) -> NDArray[np.float64]:
-        """Return an output joint's places at stage times [s], shape (N, 3); NaN = unknown. It stands where the
-        alignment has it, not to the side."""
+        """Return an output joint's places at stage times [s], shape (N, 3); NaN = unknown. They follow the alignment,
+        without the shift to the side."""
         own_s = self._own_s(times_s)
         if isinstance(self.shown, Clip):
             known_s, places = self.shown.poses.time_s, self.shown.poses.positions_m[:, joint]
@@ -110,7 +110,7 @@ def alignment_of(value: dict[str, Any]) -> Alignment:
     """Return an alignment from the keys of `Alignment.to_json`; missing ones are zero.
 
     Raises:
-        SettingsError: numbers that are no alignment.
+        SettingsError: numbers that are not an alignment.
     """
     wxyz = np.array(value.get("rotation_wxyz", [1.0, 0.0, 0.0, 0.0]), dtype=float)
     translation = np.array(value.get("translation_m", [0.0, 0.0, 0.0]), dtype=float)

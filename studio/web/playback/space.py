@@ -1,4 +1,4 @@
-"""The space that a motion takes, as a few points, for a page that looks at all of it."""
+"""The space of a motion as a few points, for a page that shows all of it."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _AROUND_M = 0.12
-"""So much of a body lies beyond its joints."""
+"""Extent of a body beyond its joints [m]."""
 
 _DIRECTIONS = 300
 

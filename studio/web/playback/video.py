@@ -1,4 +1,4 @@
-"""A camera's video beside the replay: which picture belongs to each frame, and what is drawn over it."""
+"""A camera's video next to the replay: the picture of each frame, and what is drawn over it."""
 
 from dataclasses import dataclass
 
@@ -14,14 +14,14 @@ from studio.take.video.seen import VideoSeen
 from studio.web.playback.clip import Clip
 
 NEAR_S = 0.1
-"""A picture stands for a frame of the replay that is no further away, where no other one is nearer."""
+"""Maximum distance between a frame of the replay and the nearest picture, which stands for it [s]."""
 
 NEAREST_M = 0.1
-"""What is nearer to the camera is not drawn."""
+"""Minimum distance from the camera of joints that are drawn [m]."""
 
 MOST_DRAWN = 600
 SAME_NS = 4_000_000
-"""Landmarks that are no further from a picture were found in it; clocks that jumped are related that well."""
+"""Maximum time between a picture and its landmarks [ns]; clocks that jumped are related this accurately."""
 
 _FINE = 10_000.0
 
@@ -29,7 +29,7 @@ BODY_BONES = [
     (11, 12), (11, 13), (13, 15), (12, 14), (14, 16), (11, 23), (12, 24), (23, 24), (23, 25), (25, 27), (24, 26),
     (26, 28), (27, 29), (29, 31), (27, 31), (28, 30), (30, 32), (28, 32), (15, 19), (16, 20), (0, 11), (0, 12),
 ]  # fmt: skip
-"""Of the 33 landmarks of BlazePose."""
+"""Bones between the 33 landmarks of BlazePose."""
 
 
 class VideoShown(Struct):
@@ -38,7 +38,7 @@ class VideoShown(Struct):
     Attributes:
         camera: its name.
         pictures: by frame of the replay, the number of its picture through all videos of the camera; -1 = none.
-        order: numbers of the pictures in order of time: what is drawn over them is asked by places in this list.
+        order: numbers of the pictures in order of time; requests for what is drawn over them use places in this list.
         bones: of the landmarks, pairs of their numbers.
         skeleton_bones: of the solved skeleton, pairs of numbers of `skeleton_joints`.
         no_landmarks, no_skeleton: why these cannot be drawn; "" = they can.
@@ -55,11 +55,11 @@ class VideoShown(Struct):
 
 
 class PlaceInPicture(Struct):
-    """Where a joint is that is at a place in a picture.
+    """Position of a joint seen at a place in a picture.
 
     Attributes:
-        time_s: when the picture was taken, stage time [s].
-        place_m: stage frame [m], as far from the camera as it was taken to be.
+        time_s: capture time of the picture, stage time [s].
+        place_m: stage frame [m], at the assumed distance from the camera.
     """
 
     time_s: float
@@ -67,7 +67,7 @@ class PlaceInPicture(Struct):
 
 
 class Drawn(Struct):
-    """What is drawn over pictures: by picture x and y of each joint in turn, in ten thousandths of the picture's
+    """Points drawn over pictures: by picture x and y of each joint in turn, in ten thousandths of the picture's
     width and height; null = the joint is not drawn, or nothing is.
     """
 
@@ -98,7 +98,7 @@ class ReplayedVideo:
         return cls(clip, camera, seen, times_s)
 
     def shown(self) -> VideoShown:
-        """Return which picture belongs to which frame."""
+        """Return the picture of each frame, and what can be drawn over it."""
         order = self.seen.numbers.tolist()
         nearest = nearest_of(self.times_s, self.clip.poses.time_s)
         pictures = [order[place] if place >= 0 else -1 for place in nearest.tolist()]
@@ -119,20 +119,20 @@ class ReplayedVideo:
         )
 
     def drawn(self, first: int, last: int) -> Drawn:
-        """Return what is drawn over pictures, by their places in the order of time, at most `MOST_DRAWN`."""
+        """Return the points drawn over pictures, by their places in the order of time, at most `MOST_DRAWN`."""
         places = np.arange(max(first, 0), min(last + 1, first + MOST_DRAWN, len(self.times_s)))
         return Drawn(first, self._landmarks(places), self._skeleton(places))
 
     def place(self, number: int, x: float, y: float, near_m: tuple[float, float, float]) -> PlaceInPicture:
-        """Return where a joint is on the ray of a place in a picture: there where the ray is nearest to a point.
+        """Return a joint's position on the ray of a place in a picture, where the ray is nearest to a given point.
 
         Args:
             number: of the picture, through all videos of the camera.
             x, y: shares of the picture's width and height, from its left upper corner.
-            near_m: about where the joint is, stage frame [m].
+            near_m: approximate position of the joint, stage frame [m].
 
         Raises:
-            TakeError: no such picture; the camera's place or lens is not known, or no ray reaches there.
+            TakeError: no such picture; the camera's place or lens is unknown, or no ray reaches there.
         """
         why, calibration = self._no_skeleton(), self.clip.calibration
         if why or calibration is None:
@@ -178,7 +178,7 @@ class ReplayedVideo:
         return ""
 
     def _landmarks(self, places: NDArray[np.int64]) -> list[list[int | None] | None]:
-        """Return the landmarks that were found in each of these pictures; none where it was passed over."""
+        """Return the landmarks found in each of these pictures; None for a skipped picture."""
         times = self.seen.pose_times_ns
         found: list[list[int | None] | None] = []
         for time_ns in self.seen.times_ns[places].tolist():
@@ -214,7 +214,7 @@ class ReplayedVideo:
 
 
 def nearest_of(times_s: NDArray[np.float64], frames_s: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return for each frame the place of the nearest picture, -1 where none is near, shape of `frames_s`."""
+    """Return for each frame the index of the nearest picture, -1 if none is near, shape of `frames_s`."""
     if not len(times_s):
         return np.full(len(frames_s), -1)
     after = np.clip(np.searchsorted(times_s, frames_s), 0, len(times_s) - 1)
@@ -224,7 +224,7 @@ def nearest_of(times_s: NDArray[np.float64], frames_s: NDArray[np.float64]) -> N
 
 
 def _fine(shares: NDArray[np.float64]) -> list[int | None]:
-    """Return shares of a picture as whole numbers; what is far outside is left out."""
+    """Return shares of a picture as whole numbers; points far outside are left out."""
     near = np.isfinite(shares).all(axis=1, keepdims=True) & (np.abs(shares) < 4.0).all(axis=1, keepdims=True)
     whole = np.where(near, np.rint(np.where(near, shares, 0.0) * _FINE), np.nan).ravel()
     return [None if number != number else int(number) for number in whole.tolist()]

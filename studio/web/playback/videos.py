@@ -1,4 +1,4 @@
-"""Routes of the videos beside the replay: which cameras have one, its pictures, and what is drawn over them."""
+"""Routes of the videos next to the replay: cameras with a video, its pictures, and what is drawn over them."""
 
 import threading
 from collections import OrderedDict
@@ -37,14 +37,14 @@ class TakeOpener(Protocol):
 
 
 class CameraWithVideo(Struct):
-    """A camera of the replayed take; `why` says why nothing of it can be shown, "" = its video can."""
+    """A camera of the replayed take; `why`: why its video cannot be shown, "" = it can."""
 
     name: str
     why: str
 
 
 class VideosOfTake(Struct):
-    """The cameras of the replayed take, and what changes with its videos."""
+    """The cameras of the replayed take, and a stamp that changes with its videos."""
 
     take: str
     stamp: str
@@ -71,7 +71,7 @@ class Videos:
             return found[1]
 
     def seen(self, take: Take, camera: str) -> VideoSeen:
-        """Return what a camera saw.
+        """Return a camera's pictures and landmarks.
 
         Raises:
             NotFoundError: the take keeps no video of it.
@@ -140,8 +140,8 @@ def video_routes(player: Player, takes: TakeOpener, videos: Videos) -> APIRouter
         near_y: float,
         near_z: float,
     ) -> PlaceInPicture:
-        """Where a joint is that is at a place in a picture: on the ray there, as near as possible to where it was
-        taken to be. This is how a joint is pinned in a picture."""
+        """Position of a joint seen at a place in a picture: on the ray there, as near as possible to its assumed
+        position. This is how a joint is pinned in a picture."""
         return video_of(camera).place(picture, x, y, (near_x, near_y, near_z))
 
     @router.get("/takes/{session}/{take}/video/{camera}/pictures/{number}", response_class=Response)
@@ -152,7 +152,7 @@ def video_routes(player: Player, takes: TakeOpener, videos: Videos) -> APIRouter
         number: int,
         width: Annotated[int, Query(ge=16, le=WIDEST, description="largest width [pixels]")] = 960,
     ) -> Response:
-        """A picture of a camera's video (JPEG), upright; they count through all videos of the camera."""
+        """A picture of a camera's video (JPEG), upright; numbers count through all videos of the camera."""
         try:
             video, at_ns = numbered(videos.of_camera(takes.take(session, take), camera), number)
         except IndexError as error:
@@ -174,7 +174,7 @@ def _none(camera: str) -> Said:
 
 
 def _stamp(take: Take) -> _Stamp:
-    """Return what changes with a take's videos and frames."""
+    """Return a stamp that changes with a take's videos and frames."""
     places = [take.raw_path, take.path / FOLDER, *sorted((take.path / FOLDER).glob("*"))]
     return tuple((place.name, place.stat().st_mtime_ns) for place in places if place.exists())
 

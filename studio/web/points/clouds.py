@@ -20,13 +20,13 @@ _WATCH_S = 0.5
 
 @dataclass(frozen=True)
 class CloudsStatus:
-    """What is shown of points.
+    """The points that are shown.
 
     Attributes:
         colour: one of `COLOURS`.
         cameras: those with depth, and whether each is shown.
         says: why a shown camera has no points: see `seen`.
-        problem: `reading`, `unreadable` or nothing: of the whole take.
+        problem: of the whole take: `reading`, `unreadable` or nothing.
     """
 
     colour: str = "camera"
@@ -37,7 +37,7 @@ class CloudsStatus:
 
 @dataclass(frozen=True)
 class _Wanted:
-    """What is wanted: the step, whether clouds are shown, their colour, and the cameras that are not shown."""
+    """The requested step, whether clouds are shown, their colour, and the hidden cameras."""
 
     step: Step
     shown: bool
@@ -46,11 +46,11 @@ class _Wanted:
 
 
 class PointClouds:
-    """Makes clouds for as long as they are wanted and somebody looks. All methods may be called from any thread.
+    """Makes clouds while they are wanted and a browser shows them. All methods may be called from any thread.
 
     Args:
         live: the live stage's images.
-        watched: whether a browser looks; changed: called on the thread when there are new clouds.
+        watched: whether a browser is watching; changed: called on the thread when there are new clouds.
         clock: of the pace [s].
     """
 
@@ -92,7 +92,7 @@ class PointClouds:
         colour: str | None = None,
         cameras: Mapping[str, bool] | None = None,
     ) -> None:
-        """Show or hide all clouds or some cameras', or colour them otherwise; what is None stays."""
+        """Show or hide all clouds or some cameras', or change their colour; None leaves a choice unchanged."""
         with self._changed:
             self._shown = self._shown if shown is None else shown
             self._colour = self._colour if colour is None else colour
@@ -107,7 +107,7 @@ class PointClouds:
             return self._clouds
 
     def status(self) -> CloudsStatus:
-        """Return what is shown."""
+        """Return the points that are shown."""
         with self._changed:
             cameras = {name: name not in self._hidden for name in self._status.cameras}
             return CloudsStatus(self._colour, cameras, self._status.says, self._status.problem)
@@ -137,7 +137,7 @@ class PointClouds:
         self._maker.close()
 
     def _wait(self, made: _Wanted | None) -> _Wanted | None:
-        """Return what is wanted once that is new, or at once for the live stage; None at the end."""
+        """Return the request once it is new, or at once for the live stage; None at the end."""
         with self._changed:
             while not self._stopping:
                 wanted = _Wanted(self._step, self._shown, self._colour, frozenset(self._hidden))
@@ -150,12 +150,12 @@ class PointClouds:
             return None
 
     def _pause(self, seconds: float) -> None:
-        """Wait so long, but not for the end."""
+        """Wait this long, or until the end."""
         with self._changed:
             self._changed.wait_for(lambda: self._stopping, timeout=max(0.0, seconds))
 
     def _make(self, wanted: _Wanted) -> None:
-        """Make the clouds, or none where they are not shown."""
+        """Make the clouds, or none if they are not shown."""
         step, images = wanted.step, self._live
         if not wanted.shown:
             self._publish({}, CloudsStatus())

@@ -1,4 +1,4 @@
-"""Colours of points: how sure the solve is of the joint nearest to each."""
+"""Colours of points: the solve's confidence in the joint nearest to each."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from studio.web.scene.palette import confidence_colours
 
 REACH_M = 0.30
-"""Points farther from every joint are not the performer's: skin between two joints lies within 0.25 m of one."""
+"""Maximum distance of the performer's points from a joint [m]: skin between two joints lies within 0.25 m of one."""
 
 NOBODY_RGB = (138, 146, 156)
 
@@ -14,7 +14,7 @@ NOBODY_RGB = (138, 146, 156)
 def by_confidence(
     points_m: NDArray[np.float32], joints_m: NDArray[np.float64], confidence: NDArray[np.float64]
 ) -> NDArray[np.uint8]:
-    """Return RGB of points, shape (N, 3): the nearest joint's confidence, grey where none is within `REACH_M`.
+    """Return RGB of points, shape (N, 3): the nearest joint's confidence, grey if none is within `REACH_M`.
 
     Args:
         points_m: stage frame [m], shape (N, 3).

@@ -7,7 +7,7 @@ from studio.live.cameras.newest_depth import NewestDepth
 from studio.web.points.seen import NO_IMAGE, NO_PLACE, DepthSeen
 
 FRESH_S = 1.0
-"""An older image is not of now [s]."""
+"""Maximum age of an image that counts as current [s]."""
 
 
 class LiveDepth:
@@ -41,4 +41,4 @@ class LiveDepth:
         )
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""

@@ -24,33 +24,32 @@ from studio.worker import Stopped, run_in_process
 _log = logging.getLogger(__name__)
 
 RATE_HZ = 20.0
-"""Clouds are made so often at most."""
+"""Maximum rate of clouds."""
 
 BUDGET_BYTES_S = 2_160_000
-"""Bytes of points that a browser gets in a second at most: what a tablet on a usual wireless network takes beside the
-poses."""
+"""Maximum rate of points to a browser [bytes/s]: what a tablet on a usual wireless network takes with the poses."""
 
 COLOURS: dict[str, int] = {"camera": 6, "confidence": 9}
-"""Choices of colour, and the bytes of a point: three coordinates of 16 bits, and a colour of its own."""
+"""Choices of colour, and the bytes of a point: three coordinates of 16 bits, and maybe its own colour."""
 
 MARGIN_M = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """What clouds are made for: a replayed take or None for the live stage, and the step that is drawn with it."""
+    """The source of clouds: a replayed take or None for the live stage, and the step that is drawn with it."""
 
     depth: ReplayedDepth | None
     result: StepResult | None
 
 
 def points_each(colour: str, cameras: int) -> int:
-    """Return how many points each of so many cameras may have, in a colour of `COLOURS`."""
+    """Return the maximum number of points of each of `cameras` cameras, in a colour of `COLOURS`."""
     return int(BUDGET_BYTES_S / RATE_HZ / COLOURS[colour] / max(cameras, 1))
 
 
 class Maker:
-    """Opens takes, and makes clouds of images; of the thread alone."""
+    """Opens takes, and makes clouds from images; used by the thread only."""
 
     def __init__(self) -> None:
         self._index: tuple[object, DepthRecording | None] | None = None
@@ -63,11 +62,10 @@ class Maker:
         return self._opened is not None and self._opened[0] is depth
 
     def open(self, depth: ReplayedDepth, should_stop: Callable[[], bool]) -> DepthImages | None:
-        """Return a take's images, None if they cannot be read. Another process indexes the file, because that reads
-        the whole of it.
+        """Return a take's images, None if they cannot be read. Another process indexes the file, reading all of it.
 
         Raises:
-            Stopped: `should_stop` said so.
+            Stopped: `should_stop` returned true.
         """
         if not depth.raw_path.is_file():
             return NoDepth()
@@ -80,7 +78,7 @@ class Maker:
         return self._opened[1]
 
     def _indexed(self, path: Path, should_stop: Callable[[], bool]) -> DepthRecording | None:
-        """Return the index of a file, None if it cannot be read; the last one is kept, also that there is none."""
+        """Return the index of a file, None if it cannot be read; the last result is cached, also None."""
         key = path, file_stamp(path)
         if self._index is None or self._index[0] != key:
             self._index = key, None
@@ -131,13 +129,13 @@ class Maker:
 
 
 def _body(result: StepResult | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the solve's canonical joints, shape (21, 3), NaN where there is no body, and their confidence (21,)."""
+    """Return the solve's canonical joints, shape (21, 3), NaN without a body, and their confidence (21,)."""
     if result is None:
         return np.zeros((0, 3)), np.zeros(0)
     return result.positions_m[OUTPUT_OF_CANONICAL_INDEX], result.confidence[OUTPUT_OF_CANONICAL_INDEX]
 
 
 def _anybody(result: StepResult) -> NDArray[np.float64]:
-    """Return joints of the performer, shape (N, 3): of the solve, without one what cameras saw."""
+    """Return joints of the performer, shape (N, 3): of the solve, else those that cameras saw."""
     solved = result.positions_m[OUTPUT_OF_CANONICAL_INDEX]
     return solved if np.isfinite(solved).any() else result.frame_set.positions.reshape(-1, 3)

@@ -13,7 +13,7 @@ from studio.take.raw.depth import DepthReader, DepthRecording
 from studio.web.points.seen import DAMAGED, NO_IMAGE, NO_PLACE, DepthSeen
 
 NEAR_S = 0.05
-"""An image stands for an instant that is no further away: at 15 images a second with none lost, one does."""
+"""Maximum distance between an instant and its image [s]; at 15 images a second with none lost, there is one."""
 
 Placed = dict[str, tuple[NDArray[np.float64], ClockModel]]
 """By camera: 4x4, camera points to stage points [m], and its clock."""
@@ -21,24 +21,24 @@ Placed = dict[str, tuple[NDArray[np.float64], ClockModel]]
 
 @dataclass(frozen=True, eq=False)
 class ReplayedDepth:
-    """Where a take has its depth images, and where its cameras stand; nothing is read yet."""
+    """The file of a take's depth images, and its cameras' places; nothing is read yet."""
 
     raw_path: Path
     placed: Placed = field(default_factory=dict)
 
     @classmethod
     def of(cls, raw_path: Path, calibration: Calibration | None) -> "ReplayedDepth":
-        """Return the depth of a take whose cameras stand where its calibration says."""
+        """Return the depth of a take with its cameras placed by its calibration."""
         cameras = {} if calibration is None else calibration.cameras
         return cls(raw_path, {name: (one.T_stage_camera, one.clock) for name, one in cameras.items()})
 
 
 NO_DEPTH = ReplayedDepth(Path())
-"""Of what is no take's."""
+"""Value where there is no take."""
 
 
 class TakeDepth:
-    """A take's depth images, of its index; see `DepthImages`."""
+    """A take's depth images, read by its index; see `DepthImages`."""
 
     def __init__(self, recording: DepthRecording, placed: Placed) -> None:
         """Open the file.

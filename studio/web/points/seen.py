@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from studio.engine.model.cameras.depth import DepthCamera
 
 NO_PLACE, NO_IMAGE, DAMAGED = "no_place", "no_image", "damaged"
-"""Why a camera has no points: no calibration knows it, there is no image of this instant, it cannot be read."""
+"""Why a camera has no points: no calibration has it, there is no image of this instant, the image is damaged."""
 
 READING, UNREADABLE = "reading", "unreadable"
-"""Why no camera has: the take is being read, or cannot be."""
+"""Why no camera has points: the take is being read, or cannot be read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,7 @@ class DepthSeen:
     """A camera's depth image and its place.
 
     Attributes:
-        key: another one for every other image of the camera.
+        key: differs between the images of a camera.
         depth_mm: z per pixel [mm], shape (height, width).
         T_stage_camera: 4x4, camera points to stage points [m].
     """
@@ -40,16 +40,16 @@ class DepthImages(Protocol):
         ...
 
     def at(self, name: str, time_s: float) -> DepthSeen | str:
-        """Return a camera's image of a stage time [s], or why there is none: `NO_PLACE`, `NO_IMAGE` or `DAMAGED`."""
+        """Return a camera's image at a stage time [s], or why there is none: `NO_PLACE`, `NO_IMAGE` or `DAMAGED`."""
         ...
 
     def close(self) -> None:
-        """Let go of what is open."""
+        """Close open files."""
         ...
 
 
 class NoDepth:
-    """Of what has none; see `DepthImages`."""
+    """Depth images of a source without any; see `DepthImages`."""
 
     cameras: tuple[str, ...] = ()
 
@@ -58,4 +58,4 @@ class NoDepth:
         return NO_IMAGE
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""

@@ -1,7 +1,7 @@
-"""Thinning of depth images: points of a stage from a part of the pixels, most of them about the performer.
+"""Thinning of depth images: points of a stage from a part of the pixels, most of them around the performer.
 
-Pixels are taken in the order of a low-discrepancy sequence (Roberts 2018, "R2"): every beginning of it, and what a
-mask leaves of it, is spread evenly over the image, and the same pixels are taken in every image.
+Pixels are taken in the order of a low-discrepancy sequence (Roberts 2018, "R2"): each of its prefixes, also under a
+mask, is spread evenly over the image, and the same pixels are taken in every image.
 """
 
 from dataclasses import dataclass
@@ -12,31 +12,31 @@ from numpy.typing import NDArray
 from studio.engine.model.cameras.depth import DepthCamera
 
 CANDIDATES = 65_536
-"""Pixels of an image that are looked at."""
+"""Maximum number of pixels of an image that are considered."""
 
 NEAR_SHARE = 2 / 3
-"""Share of the points that lie about the performer, where there are so many."""
+"""Share of the points around the performer, if there are enough."""
 
 _STEPS = (0.7548776662466927, 0.5698402909980532)
 
 
 @dataclass(frozen=True)
 class StageSpace:
-    """A space of the stage, along its axes: corners `low_m` and `high_m`, shape (3,) [m]."""
+    """A box in the stage, along its axes: corners `low_m` and `high_m`, shape (3,) [m]."""
 
     low_m: NDArray[np.float64]
     high_m: NDArray[np.float64]
 
     @classmethod
     def about(cls, joints_m: NDArray[np.float64], margin_m: float) -> "StageSpace | None":
-        """Return the space that known joints take, with a margin; joints (N, 3) [m], NaN = unknown. None: no joint is
+        """Return the box around the known joints, with a margin; joints (N, 3) [m], NaN = unknown. None: no joint is
         known."""
         known = joints_m[np.isfinite(joints_m).all(axis=1)]
         return cls(known.min(axis=0) - margin_m, known.max(axis=0) + margin_m) if len(known) else None
 
 
 class Thinner:
-    """Makes points of one camera's images; its arrays are used again for every image, so call it from one thread."""
+    """Makes points from one camera's images; its arrays are reused for every image, so call it from one thread."""
 
     def __init__(self, camera: DepthCamera) -> None:
         self.camera = camera

@@ -1,4 +1,4 @@
-"""Rigid bodies of another system in the browser view: their shapes, or three axes where no shape is known."""
+"""Rigid bodies of another system in the browser view: their shapes, or three axes if the shape is unknown."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -44,7 +44,7 @@ class BodyNodes:
         if known is not None:
             known[1].remove()
         self._count += 1
-        path = f"/bodies/{self._count}"  # a name may hold any sign
+        path = f"/bodies/{self._count}"  # a name may contain any character
         node = self._scene.add_frame(
             path, show_axes=body.shape is None, axes_length=_AXES_M, axes_radius=_AXES_M / 20
         )

@@ -1,7 +1,7 @@
 """Point clouds of depth cameras in the browser view.
 
-viser's handle compares and copies every array that it is given. A cloud's message, put directly into viser's queue,
-is sent as it is. The queue keeps only the newest of each camera, so that a browser that connects later gets that one.
+viser's handle compares and copies every array. A cloud's message, put directly into viser's queue, is sent
+unchanged. The queue keeps only the newest of each camera, so that a browser that connects later gets that one.
 """
 
 from collections.abc import Mapping
@@ -15,17 +15,17 @@ from viser._messages import SceneNodeUpdateMessage
 from studio.web.scene.performers.skin import Rgb
 
 ORIGIN_M = np.array([0.0, 0.0, 1.0])
-"""Points are sent from here on: 16 bits are the finest about 0, so that the performer has the finest."""
+"""Origin of sent points: 16-bit numbers are finest around 0, so that the performer gets the finest ones."""
 
 POINT_SIZE_M = 0.014
 
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """What one camera sees.
+    """The points that one camera sees.
 
     Attributes:
-        points: from `ORIGIN_M` on in the stage frame [m], float16, shape (N, 3).
+        points: relative to `ORIGIN_M` in the stage frame [m], float16, shape (N, 3).
         colours: RGB of each point, uint8, shape (N, 3); None: the camera's colour.
     """
 
@@ -34,7 +34,7 @@ class Cloud:
 
 
 class CloudNode:
-    """One camera's cloud in the scene, which is not empty."""
+    """One camera's cloud in the scene; it is not empty."""
 
     def __init__(self, server: viser.ViserServer, name: str, rgb: Rgb, cloud: Cloud) -> None:
         self.rgb, self.coloured = rgb, cloud.colours is not None

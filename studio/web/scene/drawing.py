@@ -19,7 +19,7 @@ from studio.web.scene.performers.robot import ChosenRobot
 from studio.web.scene.scene import Scene
 
 LOST_AFTER_S = 0.6
-"""A performer not seen by any camera for this long is hidden."""
+"""Time after which a performer not seen by any camera is hidden [s]."""
 
 TRAIL_FRAMES = 45
 """Length of the live stage's trails, in drawn frames."""
@@ -36,12 +36,12 @@ capture and drawing, on the server's clock [s]; replayed poses do not change it.
 """
 
 PLACES_NODE = "/places"
-"""Nodes `/places/1` and on, by performer: their positions are the performer's place on the floor x, y [m], and 1
-where that performer is drawn."""
+"""Prefix of nodes by performer, `/places/1` and so on. Their positions are the performer's place on the floor x, y
+[m], and 1 if that performer is drawn."""
 
 BEAT_NODE = "/beat"
 BEAT_S = 0.5
-"""Another node, which moves at this interval in any case; if it does not, a browser's picture is out of date."""
+"""Interval at which `BEAT_NODE` always moves [s]; if it does not, a browser's picture is out of date."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Surroundings:
         cameras: names in the order of their colours.
         pictures: the cameras' pictures, by name, if any.
         clock_offset_ns: the server's clock minus the stage's; None while the stage has no clock.
-        names: of performers by number, where there are several.
+        names: of performers by number, if there are several.
     """
 
     calibration: Calibration | None
@@ -72,10 +72,10 @@ class DrawnStep:
 
     Attributes:
         result: the step.
-        ghost: another one beside it, each performer's beside them.
+        ghost: another step, with each figure next to its performer.
         trails: the joints' earlier places by the performer's number, shape (N, 52, 3).
-        calibration: where cameras stand.
-        names: of performers by number, where there are several: each has a colour of their own.
+        calibration: places of the cameras.
+        names: of performers by number, if there are several: each has their own colour.
         robots: configurations of `robot` by the performer's number, shape (nq,); without one it follows the step.
         robot: name of the robot whose configurations they are.
     """
@@ -99,8 +99,8 @@ class Wanted:
         layers: layer -> whether it is shown.
         trail_joints: output joints that draw a trail.
         operator: the operator's view, once there is one.
-        clouds: what cameras see, as points, by camera.
-        robot: whom everybody is drawn as; None = as a mannequin.
+        clouds: the cameras' points, by camera.
+        robot: drawn in place of everybody; None = a mannequin.
     """
 
     live: StepResult | None
@@ -242,12 +242,12 @@ def _cameras(around: Surroundings, replay: DrawnStep | None) -> list[str]:
 
 
 def _has_body(result: StepResult) -> bool:
-    """Whether a step has a body, not only what cameras saw."""
+    """Whether a step has a body, not only the cameras' skeletons."""
     return bool(np.isfinite(result.positions_m[0]).all())
 
 
 def _place_m(result: StepResult) -> tuple[float, float, float] | None:
-    """Return where the performer is on the floor, and 1: the hips, without a body the middle of what cameras see."""
+    """Return the performer's place on the floor, and 1: the hips, else the middle of what cameras see."""
     place = result.positions_m[0]
     if not _has_body(result):
         seen = result.frame_set.positions
@@ -259,7 +259,6 @@ def _place_m(result: StepResult) -> tuple[float, float, float] | None:
 
 
 def _seen(result: StepResult) -> list[int]:
-    """Return the performers of whom a camera saw anything in this step (and not only the state of the filters); 0 =
-    strangers."""
+    """Return the performers whom a camera saw in this step (not only the state of the filters); 0 = strangers."""
     seen = [one.performer for one in result.each() if np.isfinite(one.frame_set.positions).all(axis=2).any()]
     return [0, *seen] if result.strangers else seen

@@ -23,7 +23,7 @@ class Gizmo:
         self._handle.on_update(self._dragged)
 
     def show(self, place_m: tuple[float, float, float]) -> None:
-        """Show it at a place [m], in the frame that is shown."""
+        """Show it at a place [m], in the shown frame."""
         with self._lock:
             self._shown, self._drags = True, 0
             self._handle.position = place_m
@@ -36,13 +36,13 @@ class Gizmo:
                 self._shown = self._handle.visible = False
 
     def at(self, stage_ns: int | None) -> None:
-        """Hide it where another stage time [ns] is shown than before; None = the live stage."""
+        """Hide it if another stage time [ns] is shown than before; None = the live stage."""
         if stage_ns != self._stage_ns:
             self._stage_ns = stage_ns
             self.hide()
 
     def state(self) -> tuple[tuple[float, float, float], int] | None:
-        """Return where it is [m], and how often it was dragged since it is shown; None while it is hidden."""
+        """Return its place [m], and the number of drags since it is shown; None while it is hidden."""
         with self._lock:
             if not self._shown:
                 return None

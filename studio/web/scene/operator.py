@@ -1,4 +1,4 @@
-"""The operator's view, told to every browser, so that others can follow it."""
+"""The operator's view, sent to every browser, so that others can follow it."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from viser._messages import SetPositionMessage
 _Point = tuple[float, float, float]
 
 FROM_NODE, AT_NODE, PAGE_NODE = "/operator/from", "/operator/at", "/operator/page"
-"""Invisible nodes. Their positions are where the operator's camera stands, the point in the middle of its picture
+"""Invisible nodes. Their positions are the place of the operator's camera, the point in the middle of its picture
 (stage frame [m]), and the page's number with its picture's width over height.
 """
 _NODES = (FROM_NODE, AT_NODE, PAGE_NODE)
@@ -16,7 +16,7 @@ _NODES = (FROM_NODE, AT_NODE, PAGE_NODE)
 
 @dataclass(frozen=True)
 class OperatorView:
-    """Where a page looks from.
+    """The viewpoint of a page.
 
     Attributes:
         page: the page's number.
@@ -38,7 +38,7 @@ class OperatorNodes:
         self._shown: OperatorView | None = None
 
     def show(self, view: OperatorView | None) -> None:
-        """Tell the browsers a view, if it is another one, or that there is none any longer."""
+        """Send a view to the browsers if it has changed, or report that there is none any longer."""
         if view == self._shown:
             return
         before, self._shown = self._shown, view

@@ -31,7 +31,7 @@ class PinMarks:
             return self._shown
 
     def show(self, pins: Sequence[Pin]) -> None:
-        """Show these instead of those before."""
+        """Show these pins instead of the earlier ones."""
         with self._lock:
             if tuple(pins) == self._shown:
                 return

@@ -38,17 +38,17 @@ LAYERS: dict[str, tuple[str, bool]] = {
 """Layer -> its label on the page, and whether it is shown at first."""
 
 INSIDE = ("fused", "raw", "effectors", "points")
-"""Layers in the body or on its skin; it becomes transparent for them."""
+"""Layers in the body or on its skin; the body becomes transparent for them."""
 
 _FOV_RAD = float(np.radians(37.0))
 _FIRST_POSITION_M, _FIRST_TARGET_M = (1.5, -5.4, 2.1), (0.0, 0.0, 0.88)
 """Each browser's first viewpoint. Its page then chooses its own: `static/view/viewpoint.js`."""
 
 _SUN_M, _SUN_ANGLE_RAD = (2.4, 2.4, 12.0), 0.5
-"""Where the light that casts shadows hangs, and half its opening: it reaches 6.5 m around the middle of the stage."""
+"""Place of the light that casts shadows, and half its opening: it reaches 6.5 m around the middle of the stage."""
 
 _CEILING_M = (-8.0, 24.0, 97.0)
-"""Where the light of a room comes from that casts no shadows: far away, as only its direction counts."""
+"""Place of the room's light without shadows: far away, because only its direction counts."""
 
 _SEEN_THROUGH = 0.42
 _NO_NAMES: Mapping[int, str] = MappingProxyType({})
@@ -78,7 +78,7 @@ class Scene:
             "/floor/grid", 8.0, 8.0, plane="xy", cell_size=0.5, section_size=1.0, cell_color=(150, 159, 170),
             section_color=(124, 134, 147), cell_thickness=0.6, section_thickness=0.9, fade_distance=9.0,
             fade_strength=1.4, fade_from="origin", shadow_opacity=0.30, plane_opacity=0.0,
-        )  # a plane of its own would be lighter than a dark backdrop, and so the shadow on it  # fmt: skip
+        )  # its own plane would be lighter than a dark backdrop, and so would the shadow on it  # fmt: skip
         self._figures: dict[int, PerformerFigure] = {}
         self._robot: ChosenRobot | None = None
         self._strangers: list[RawSkeleton] = []
@@ -136,7 +136,7 @@ class Scene:
             frustum.show(pictures.get(name))
 
     def draw_clouds(self, clouds: Mapping[str, Cloud]) -> None:
-        """Show what cameras see, as points, by camera; those of no other camera."""
+        """Show the cameras' points, by camera, and those of no other camera."""
         self._clouds.draw(
             {name: cloud for name, cloud in clouds.items() if name in self.colours}, self.colours
         )
@@ -162,13 +162,13 @@ class Scene:
         trails: Mapping[int, NDArray[np.float64]] = _NO_TRAILS,
         robots: Mapping[int, NDArray[np.float64]] = _NO_ROBOTS,
     ) -> None:
-        """Show one step of the pipeline: every performer in `result.each()`; whoever else was drawn is hidden.
+        """Show one step of the pipeline: every performer in `result.each()`; other performers are hidden.
 
         Args:
             result: the step.
-            ghost: a second one, each performer's beside them.
-            names: of performers, by number: whoever has one is drawn in a colour of their own, with the name over the
-                head. One performer alone needs none.
+            ghost: a second step, with each figure next to its performer.
+            names: of performers, by number: a performer with a name is drawn in their own colour, with the name over
+                the head. A single performer needs none.
             trails: earlier places of joints by the performer's number, shape (frame_count, joint_count, 3), the
                 newest last.
             robots: configurations of the robot by the performer's number; without one it follows the step.
@@ -212,7 +212,7 @@ class Scene:
             figure.use_robot(chosen)
 
     def _draw_strangers(self, joints_m: Sequence[NDArray[np.float64]]) -> None:
-        """Show those who are no performers as grey skeletons, each of the shape (21, 3)."""
+        """Show people who are not performers as grey skeletons, each of shape (21, 3)."""
         while len(self._strangers) < len(joints_m):
             name = f"/character/stranger_{len(self._strangers)}"
             self._strangers.append(RawSkeleton(self._server, name, STRANGER_RGB))
@@ -229,11 +229,11 @@ class Scene:
 
 
 def _light(scene: viser.SceneApi) -> None:
-    """Light the scene by one lamp that casts shadows, and as a room does: a bright ceiling, a dark floor.
+    """Light the scene with one lamp that casts shadows, and like a room: a bright ceiling, a dark floor.
 
-    The viewer's own lights draw everything into three maps of shadows, which takes a software renderer as long as the
+    The viewer's own lights draw everything into three shadow maps, which takes a software renderer as long as the
     picture itself. Its own room is an image that it filters before the first picture of a body, which takes software
-    4 to 6 s. The two lights here shed what that image did: 0.3 to 5.0, with a root mean square error of 0.09.
+    4 to 6 s. The two lights here replace that image's light of 0.3 to 5.0 with an RMS error of 0.09.
     """
     scene.configure_default_lights(enabled=False)
     scene.add_light_spot(

@@ -1,4 +1,4 @@
-"""When a camera took the pictures in which another program found landmarks, and how large they are."""
+"""Times and sizes of the pictures in which another program found landmarks."""
 
 import json
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from studio.take.importers.videos import camera_name
 from studio.take.video.file import VideoFile, is_video
 
 PLACES = ("videos", "synchronized_videos", ".")
-"""Where the videos of a project are, below its folder."""
+"""Folders below a project's that may hold its videos."""
 
 _MOST_FRAMES = 10_000_000
 
@@ -52,10 +52,10 @@ def film_of(path: Path, name: str, video: Path | None, count: int, size: tuple[i
         name: of the camera.
         video: its file, if there is one.
         count: number of pictures that are needed.
-        size: of the pictures [pixels], where another file says it.
+        size: of the pictures [pixels], if another file gives it.
 
     Raises:
-        FormatError: nothing says them.
+        FormatError: they are unknown.
     """
     if video is not None:
         opened = VideoFile.open(video)

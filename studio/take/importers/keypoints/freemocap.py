@@ -1,7 +1,7 @@
 """FreeMoCap's landmarks: one array of all cameras, found by MediaPipe, whose first 33 points are BlazePose's.
 
-The cameras are in the order of the names of their videos, in `synchronized_videos`. Its calibration is left: the
-cameras are calibrated anew, and the lenses in it can be given to that (`studio calibrate --lens`).
+The cameras are in the order of the names of their videos, in `synchronized_videos`. Its calibration is ignored:
+the cameras are calibrated again, with its lenses if given (`studio calibrate --lens`).
 """
 
 from pathlib import Path
@@ -25,7 +25,7 @@ def array_of(path: Path) -> Path | None:
 
 
 def read(file: Path) -> list[Detections]:
-    """Return what was found in the pictures of all cameras, in their order.
+    """Return the detections of all cameras, in their order.
 
     Raises:
         FormatError: a damaged file, or an array of another shape.

@@ -54,7 +54,7 @@ def _is_one(file: Path) -> bool:
 
 
 def read(path: Path) -> Detections:
-    """Return what was found in a camera's pictures.
+    """Return the detections in a camera's pictures.
 
     Args:
         path: a file, or a folder with a file per picture.
@@ -82,7 +82,7 @@ def _json(file: Path) -> Any:
 
 
 def _frames(file: Path, content: Any) -> dict[int, list[NDArray[np.float64]]]:
-    """Return the people by picture, as a file has them."""
+    """Return the people in a file by picture."""
     out: dict[int, list[NDArray[np.float64]]] = {}
     try:
         if isinstance(content, dict):

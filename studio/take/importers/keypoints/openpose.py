@@ -39,7 +39,7 @@ def _is_frame(file: Path) -> bool:
 
 
 def read(folder: Path) -> Detections:
-    """Return what was found in a camera's pictures.
+    """Return the detections in a camera's pictures.
 
     Raises:
         FormatError: a damaged file, or points of an unknown kind.

@@ -1,4 +1,4 @@
-"""Whom to follow, where another program found several people."""
+"""Choice of the person to track, where another program found several."""
 
 from dataclasses import dataclass, field
 
@@ -9,12 +9,12 @@ from studio.take.importers.keypoints.points import Detections
 
 _LOST_FRAMES = 60
 _REACH = 0.4
-"""How far somebody moves from picture to picture at most, as a share of his height in the picture."""
+"""Maximum movement of a person between pictures, as a share of the person's height in the picture."""
 _FURTHER = 0.03
-"""The same, for each picture in which he was not found."""
+"""The same for each picture in which the person was not found."""
 _LARGEST_REACH = 1.0
 _COMPARABLE = 0.7
-"""Whose total is at least this share of the largest is as likely to be the performer."""
+"""Minimum total of a candidate for the performer, as a share of the largest total."""
 
 Array = NDArray[np.float64]
 
@@ -40,9 +40,9 @@ class _Track:
 def follow(found: Detections, size: tuple[int, int]) -> tuple[dict[int, Array], int]:
     """Return the points of one person by picture, and the largest number of people in a picture.
 
-    People are linked from picture to picture where they are nearest. Who is the largest for the longest is followed;
-    of several who are about alike in that, who is nearest to the pictures' middle. A person who was lost may be found
-    again near by, within 60 pictures.
+    People are linked to the nearest ones from picture to picture. The person with the largest total height over all
+    pictures is tracked; of several with similar totals, the one nearest to the pictures' middle. A lost person may be
+    found again nearby, within 60 pictures.
 
     Args:
         found: in the pictures.
@@ -80,7 +80,7 @@ def follow(found: Detections, size: tuple[int, int]) -> tuple[dict[int, Array], 
 
 
 def _apart(track: _Track, person: Array, number: int) -> float:
-    """Return how far a person is from where a track ended, relative to how far they may be."""
+    """Return a person's distance from the end of a track, relative to the allowed distance."""
     reach = min(_REACH + _FURTHER * (number - track.last - 1), _LARGEST_REACH)
     return float(np.linalg.norm(_middle(person) - track.middle)) / (reach * max(track.height, 1.0))
 

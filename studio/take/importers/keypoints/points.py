@@ -32,8 +32,8 @@ PLACES: dict[int, dict[str, int]] = {
     133: {**_COCO, "left_foot_index": 17, "left_heel": 19, "right_foot_index": 20, "right_heel": 22},
     136: _HALPE,
 }  # fmt: skip
-"""By the number of points that a program finds: where each landmark of BlazePose is among them. They are COCO_17,
-BODY_25, HALPE_26, BlazePose, COCO_133 and HALPE_136."""
+"""Index of each landmark of BlazePose among a program's points, by their number. The sets are COCO_17, BODY_25,
+HALPE_26, BlazePose, COCO_133 and HALPE_136."""
 
 _NAMES = JOINT_SETS[JOINT_SET]
 _FEET = "left_heel"
@@ -41,14 +41,14 @@ _FEET = "left_heel"
 
 @dataclass(frozen=True)
 class Detections:
-    """What another program found in the pictures of one camera.
+    """Detections by another program in the pictures of one camera.
 
     Attributes:
         path: its file or folder.
-        frames: by the number of the picture, the points of all people in it: x, y [pixels] and how sure, shape
+        frames: by the number of the picture, the points of all people in it: x, y [pixels] and confidence, shape
             (point_count, 3) each.
-        size: width and height of the pictures [pixels]; None = it does not say.
-        together: the numbers of all cameras' pictures are those of one clock.
+        size: width and height of the pictures [pixels]; None = unknown.
+        together: the picture numbers of all cameras follow one clock.
     """
 
     path: Path
@@ -58,7 +58,7 @@ class Detections:
 
 
 def checked(people: list[NDArray[np.float64]], path: Path) -> list[NDArray[np.float64]]:
-    """Return the people of whom any point was found.
+    """Return the people with at least one found point.
 
     Raises:
         FormatError: points of an unknown kind.

@@ -26,8 +26,8 @@ from studio.worker.several import run_several
 DEVICE = "landmarks of another program"
 
 _NEAR = 0.25
-"""How near the body that the studio sees is to the one of the landmarks where they are one person, as a share of its
-height in the picture."""
+"""Maximum distance between the studio's body and the landmarks' if they are one person, as a share of its height in
+the picture."""
 _GUESS_SHARE = 0.8
 _SAME_NS = 2_000_000
 
@@ -38,7 +38,7 @@ def matches(path: Path) -> bool:
 
 
 def camera_sources(path: Path) -> dict[str, Callable[[], Detections]]:
-    """Return by camera what reads its landmarks."""
+    """Return the reader of landmarks of each camera."""
     for form in (openpose, mmpose):
         found = form.cameras(path)
         if found:
@@ -61,7 +61,7 @@ def _cameras_in(array: Path) -> int:
     try:
         shape = np.load(array, mmap_mode="r", allow_pickle=False).shape
     except (OSError, ValueError, EOFError):
-        return 1  # reading it tells what is wrong
+        return 1  # reading it reports what is wrong
     return int(shape[0]) if len(shape) == 4 else 1
 
 
@@ -74,19 +74,20 @@ def read(
 ) -> ReadRecording:
     """Return the landmarks of all cameras.
 
-    Where a camera's video is there, the studio's own network guesses in it how the body stands in space, which
-    landmarks in a picture do not say and calibration needs.
+    If a camera's video exists, the studio's own network estimates from it the body's pose in space. Calibration
+    needs this pose, and landmarks in a picture do not give it.
 
     Args:
         path: folder with the landmarks.
         progress: receives the share done.
         model: of the studio's own network, see `PoseFinder`.
-        sync, clap_at_s: see `find_sync`; None = `auto`, where there are videos.
+        sync, clap_at_s: see `find_sync`; None = `none` if all landmarks are of one clock, else `auto`, or `motion`
+            without videos.
 
     Raises:
         SettingsError: no such model, or no such way of bringing videos to one clock.
-        FormatError: a damaged file, points of an unknown kind, no video and no word on the times, or videos that
-            cannot be brought to one clock in the way asked for.
+        FormatError: a damaged file, points of an unknown kind, neither a video nor times, or videos that cannot
+            be brought to one clock in the requested way.
     """
     videos = videos_beside(path)
     found = {name: one() for name, one in camera_sources(path).items()}
@@ -138,7 +139,7 @@ def _sync(
 
 
 def _guesses(films: Mapping[str, Film], model: str | Path, progress: Progress) -> dict[str, VideoLandmarks]:
-    """Return what the studio's own network sees in the videos."""
+    """Return the landmarks that the studio's own network finds in the videos."""
     works = {name: (film.video, model, False) for name, film in films.items() if film.video is not None}
     if not works:
         return {}
@@ -175,7 +176,7 @@ def _camera(
 
 
 def _world(guess: VideoLandmarks, time_ns: int, pixels: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Return how the body stands by the studio's own network, None where that saw nobody, or somebody else."""
+    """Return the body's pose from the studio's own network; None where that saw nobody, or somebody else."""
     k = int(np.argmin(np.abs(guess.times_ns - time_ns)))
     seen = guess.pictures[k]
     both = np.isfinite(pixels).all(axis=1) & np.isfinite(seen.pixels).all(axis=1)

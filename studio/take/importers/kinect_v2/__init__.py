@@ -1,4 +1,4 @@
 """Importers of Kinect v2 skeletons as CSV: `pair` of several sensors, with `people`, and `states` of one.
 
-`joint_set` says what the sensor's joints are and how its axes lie.
+`joint_set` defines the sensor's joints and axes.
 """

@@ -5,7 +5,7 @@ clock], `Kinect_Id`, and `<Joint>_X`, `_Y`, `_Z` [m, Kinect axes] of the 25 join
 repeated if a camera had no new frame, and some rows are out of order.
 
 The file has no confidence and no tracking state; a joint that is present gets confidence 1. Persons are matched
-between cameras by their number. One person's skeletons are kept as they are; several persons are brought into one
+between cameras by their number. One person's skeletons are kept unchanged; several persons are brought into one
 frame by `kinect_people`, and the take is given the cameras' calibration.
 """
 

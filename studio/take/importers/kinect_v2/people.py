@@ -1,9 +1,9 @@
 """Several persons before several Kinects: brings the skeletons of every person into one frame per camera.
 
 The recorder turned and moved each camera's skeletons of a person so that they begin where that person's first camera
-saw them. The first camera's own skeletons are therefore as it saw them, of everybody whose first camera it is. Those
-of any other camera lie in a frame per person. A camera that sees two persons, both of whom the first one sees too,
-tells how these frames lie to each other: each is laid on the first camera's skeletons of the same person.
+saw them. The first camera's own skeletons are therefore as it saw them, for everybody whose first camera it is. Those
+of any other camera lie in one frame per person. If such a camera and the first one both see two persons, these frames
+can be related: each is fitted to the first camera's skeletons of the same person.
 """
 
 from collections.abc import Mapping
@@ -24,12 +24,12 @@ from studio.engine.model.joints import to_canonical
 from studio.take.importers.kinect_v2 import joint_set
 
 _MAX_TILT_DEG = 5.0
-"""The recorder turned skeletons about the vertical alone."""
+"""Maximum tilt between frames [degrees], because the recorder turned skeletons about the vertical only."""
 
 _BETWEEN_S = 10.0
 _SPANS = {"verdict.stopped_agreeing", "verdict.span_disagrees"}
 _DOUBTS = {"verdict.little_spread", "verdict.clock_not_found", "verdict.clock_uncertain", *_SPANS}
-"""What a calibration may say and still be usable: who came to be recorded together did not walk for it."""
+"""Verdicts with which a calibration is still usable: people recorded together did not walk for a calibration."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ PersonStreams = dict[str, dict[int, PersonStream]]
 
 
 def in_one_frame(streams: PersonStreams, first: Mapping[int, str], notes: list[str]) -> PersonStreams:
-    """Return the skeletons, those of each camera in one frame; what cannot be brought there is left out and noted.
+    """Return the skeletons with one frame per camera; those that cannot be brought there are left out and noted.
 
     Args:
         streams: as recorded.
@@ -91,8 +91,8 @@ def _moved(
     seen: dict[int, PersonStream],
     notes: list[str],
 ) -> dict[int, PersonStream]:
-    """Return a camera's skeletons in the frame of those of the person whom both cameras saw most; one person's as
-    they are."""
+    """Return a camera's skeletons in the frame of the person whom both cameras saw most; those of a single person are
+    unchanged."""
     if len(people) < 2:
         return people
     placed: dict[int, tuple[NDArray[np.float64], int, float]] = {}
@@ -142,8 +142,8 @@ def _degrees(cosine: float) -> float:
 
 
 def calibrated_by_all(streams: PersonStreams, notes: list[str]) -> Calibration | None:
-    """Return the calibration by all persons together, each walking after the other, without a performer; None where
-    cameras do not agree.
+    """Return the calibration by all persons, as if they walked one after the other, without a performer; None if the
+    cameras disagree.
 
     Its cameras are usable at best.
 
@@ -188,7 +188,7 @@ def _code(reason: str) -> str:
 
 
 def _usable(camera: CameraCalibration, middle_ns: int) -> CameraCalibration:
-    """Return a camera with its clock's offset halfway and without spans, because the walks are not where they are in
+    """Return a camera with its clock's offset at the middle and without spans, because the walks were shifted in
     time."""
     reasons = tuple(reason for reason in camera.reasons if _code(reason) not in _SPANS)
     clock = ClockModel(camera.clock.stage_ns(middle_ns) - middle_ns)

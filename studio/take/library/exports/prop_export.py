@@ -1,4 +1,4 @@
-"""Props of a take, ready for the exporters: each a skeleton of its own on the instants of a solve."""
+"""Props of a take, ready for the exporters: each is its own skeleton at the instants of a solve."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -27,7 +27,7 @@ def props_to_export(
         format: a key of `EXPORTERS`.
 
     Raises:
-        SettingsError: no such body came in.
+        SettingsError: no such body was received.
         FormatError: a file is damaged.
     """
     if not names:
@@ -56,9 +56,9 @@ def export_prop(
     *,
     progress: Callable[[float], None] | None = None,
 ) -> int:
-    """Write a rigid body of a take as a skeleton of its own; return the number of frames.
+    """Write a rigid body of a take as its own skeleton; return the number of frames.
 
-    Args and errors as of `props_to_export`; `progress` receives the share done.
+    Args and errors as for `props_to_export`; `progress` receives the share done.
 
     Raises:
         StudioError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""Export of the motion of a kept robot that follows the performers of a solve."""
+"""Export of a kept robot's motion as it follows the performers of a solve."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from studio.take.library.exports.solve_export import archive_of, named_file
 
 @dataclass(frozen=True)
 class RobotFile:
-    """A robot's motion that was written, and what is told of its torques; no lines where its model has no limits."""
+    """A robot's motion that was written, and lines on its torques; no lines if its model has no limits."""
 
     path: Path
     frame_count: int
@@ -48,12 +48,12 @@ def export_robot(
         take, solve: whose performers.
         robots: folder of the kept robots.
         robot: name of one of them.
-        out: the file; of several performers each has their name added.
+        out: the file; with several performers, each file has their name added.
         format: `csv` or `npz`.
         options: part, rate and smoothing.
         balance, give_way: see `Retargeting`.
-        performer: of several only this one, in `out` itself; None = all.
-        archive: a ZIP in which the files are packed, too; None = none.
+        performer: only this one of several, in `out` itself; None = all.
+        archive: a ZIP that also receives the files; None = none.
         progress: receives the share done.
 
     Raises:

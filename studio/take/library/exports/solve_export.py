@@ -24,7 +24,7 @@ Progress = Callable[[float], None]
 class SolveExport:
     """One solve of a take, its output file, the options, and its name in an archive.
 
-    `performer`: of several only this one; None = all. `timecode`: what is asked of it; None = nothing.
+    `performer`: only this one of several; None = all. `timecode`: the requested timecode; None = none.
     """
 
     take: Take
@@ -38,7 +38,7 @@ class SolveExport:
 
 @dataclass(frozen=True)
 class ToExport:
-    """The poses of one performer, ready to be written; `name` is empty for one who is alone."""
+    """The poses of one performer, ready to be written; `name` is empty for a single performer."""
 
     name: str
     poses: Poses
@@ -56,8 +56,8 @@ def export_solves(
 ) -> None:
     """Export solves: one file to `out`, several to an archive at `out`, or `together` into one file at `out`.
 
-    Each performer of a solve of several makes a file of their own, with their name. Together, the performers of one
-    solve become a scene, and several solves the takes of one file.
+    Each performer of a solve of several gets a file with their name. With `together`, the performers of one solve
+    become a scene, and several solves the takes of one file.
 
     Args:
         solves: at least one.
@@ -96,7 +96,7 @@ def export_solves(
 
 
 def archive_of(files: Sequence[tuple[Path, str]], out: Path) -> None:
-    """Write files, each with its name in there, to an archive at `out`, atomically."""
+    """Write files, each with its name in the archive, to an archive at `out`, atomically."""
     with write_atomically(out) as target, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for file, name in files:
             archive.write(file, name)
@@ -110,14 +110,14 @@ def to_export(
     only: str | None = None,
     timecode: TimecodeWish | None = None,
 ) -> list[ToExport]:
-    """Return what a solve gives to export: each performer, from the first frame of any to the last of any.
+    """Return the performers of a solve for export, each from the first frame of any to the last frame of any.
 
-    Formats that hold stage times have each performer's own frames instead. Who is not on the stage in the exported
-    part is left out there.
+    Formats that hold stage times have each performer's own frames instead; there, performers who are not on the
+    stage in the exported part are left out.
 
     Raises:
         TakeError: no performer of the name `only`.
-        SettingsError: nobody is on the stage in the part, or what was asked of timecode is not there.
+        SettingsError: nobody is on the stage in the part, or the requested timecode does not exist.
         FormatError: there is no such solve, or it is damaged.
     """
     performers = solved_performers(take, solve)
@@ -153,7 +153,7 @@ def to_export(
 
 
 def named_file(out: Path, performer: str) -> Path:
-    """Return the file of a performer beside a file: `fight.fbx` and Ana give `fight-Ana.fbx`."""
+    """Return the file of a performer next to a file: `fight.fbx` and Ana give `fight-Ana.fbx`."""
     if not performer:
         return out
     return out.with_name(f"{out.stem}-{safe_name(performer, 'performer')}{out.suffix}")
@@ -192,10 +192,10 @@ def _export_together(
 
 
 def check_scene(solves: int, rig: Path | None) -> None:
-    """Refuse a scene of several performers that is to hold other solves too, or is to go onto a rig.
+    """Refuse a scene of several performers with other solves or a rig.
 
     Raises:
-        SettingsError: so it is.
+        SettingsError: there are other solves or a rig.
     """
     if solves > 1:
         raise SettingsError(

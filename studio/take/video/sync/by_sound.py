@@ -1,4 +1,4 @@
-"""Videos brought to one clock by what is heard in them: by all of it, or by one clap."""
+"""Videos brought to one clock by their sound: by all of it, or by one clap."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -10,7 +10,7 @@ from studio.take.video.sync.sound import Sound
 from studio.take.video.sync.sound_delay import find_delay
 
 WITHIN_S = 0.1
-"""How far sound and picture of one file may be apart: phones and webcams some 50 ms, 7 m of air 20 ms."""
+"""Maximum offset of sound and picture of one file: phones and webcams some 50 ms, 7 m of air 20 ms."""
 
 _NEAR_S = 2.0
 _MOST_SHOWN = 5
@@ -18,15 +18,15 @@ _TOLD_DRIFT = 2e-6
 
 
 def by_sound(sounds: Mapping[str, Sound | None]) -> ByClock:
-    """Return the clocks of videos by cross-correlation of their sounds: each by the first placed one that it is
-    clearly like."""
+    """Return the clocks of videos by cross-correlation of their sounds: each by the first placed one that it clearly
+    resembles."""
     out = ByClock()
     heard = _heard(sounds, out)
     if len(heard) < 2:
         return out
     waiting = sorted(heard, key=lambda name: -len(heard[name].samples))
     placed = {}
-    for root in list(waiting):  # the first one that another is like
+    for root in list(waiting):  # the first one that another resembles
         placed = _grown(root, heard)
         if len(placed) > 1:
             break
@@ -54,7 +54,7 @@ def by_sound(sounds: Mapping[str, Sound | None]) -> ByClock:
 
 
 def _grown(root: str, heard: Mapping[str, Sound]) -> dict[str, VideoClock]:
-    """Return the clocks of all sounds that are like one, or like one that is like it, and so on."""
+    """Return the clocks of all sounds that resemble `root`, directly or through others."""
     placed = {root: VideoClock(within_s=WITHIN_S)}
     compared: set[tuple[str, str]] = set()
     while True:
@@ -72,7 +72,7 @@ def _grown(root: str, heard: Mapping[str, Sound]) -> dict[str, VideoClock]:
 
 
 def by_claps(sounds: Mapping[str, Sound | None], clap_at_s: Mapping[str, float]) -> ByClock:
-    """Return the clocks of videos by the one clap that is heard in each.
+    """Return the clocks of videos by the one clap in each.
 
     Args:
         sounds: by camera.
@@ -117,7 +117,7 @@ def _apart(a: float, b: float) -> float:
 
 
 def _heard(sounds: Mapping[str, Sound | None], out: ByClock) -> dict[str, Sound]:
-    """Return the sounds in which something is heard; say which videos have none."""
+    """Return the sounds that are not silent; report the videos without one."""
     heard = {}
     for name, sound in sounds.items():
         if sound is None:

@@ -16,7 +16,7 @@ _LEAST_SHARED_S = 1.0
 def by_timecode(videos: Mapping[str, VideoFile]) -> ByClock:
     """Return the clocks of videos by timecode.
 
-    Where fewer than two have one, times of recording that say parts of a second are a rough hint.
+    If fewer than two have one, times of recording with fractions of a second are a rough hint.
     """
     out = ByClock()
     times = {}
@@ -77,10 +77,10 @@ def _by_recording_time(videos: Mapping[str, VideoFile], out: ByClock) -> ByClock
 def _overlapping(
     videos: Mapping[str, VideoFile], clocks: dict[str, VideoClock], out: ByClock, margin_s: float
 ) -> dict[str, VideoClock]:
-    """Return the clocks of the videos that run while another one does; say which do not."""
+    """Return the clocks of the videos that overlap with another one; report the others."""
     spans = {}
     for name, clock in clocks.items():
-        length_s = videos[name].duration_s or float("inf")  # a file that does not say may be long
+        length_s = videos[name].duration_s or float("inf")  # a file without a length may be long
         spans[name] = clock.starts_s - margin_s, clock.starts_s + length_s + margin_s
     kept = {}
     for name, (begin, end) in spans.items():

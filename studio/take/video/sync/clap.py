@@ -9,15 +9,15 @@ _STEP_S = 0.002
 _BEFORE_S, _AFTER_S = 0.1, 0.3
 _LOW_HZ = 400.0
 _RISE, _FALL = 10.0, 4.0
-"""How many times as loud as the tenth of a second before, and as 0.3 s later, a clap is at least, in amplitude."""
+"""Minimum ratios of a clap's amplitude to that of the tenth of a second before, and to that 0.3 s later."""
 _LOUD = 0.35
-"""Share of the loudest clap's amplitude that another clap has at least."""
+"""Minimum amplitude of another clap, as a share of the loudest clap's."""
 _APART_S = 0.25
 _EDGE = 0.25
 
 
 def find_claps(sound: Sound) -> list[float]:
-    """Return when claps begin, on the clock of the video's pictures [s], in order."""
+    """Return the times at which claps begin, on the clock of the video's pictures [s], in order."""
     from scipy.ndimage import maximum_filter1d
     from scipy.signal import butter, sosfilt
 

@@ -1,4 +1,4 @@
-"""When a clap is heard, as people type it."""
+"""The time of a clap, as people type it."""
 
 import math
 from collections.abc import Iterable
@@ -11,7 +11,7 @@ def read_clap_at(texts: Iterable[str]) -> dict[str, float]:
     """Return seconds by camera, "" for all others, of texts such as `3.5` and `left=3.5`.
 
     Raises:
-        SettingsError: a text that says no second.
+        SettingsError: a text without a time.
     """
     found: dict[str, float] = {}
     for text in texts:

@@ -1,4 +1,4 @@
-"""What a way of bringing videos to one clock finds."""
+"""The result of a way of bringing videos to one clock."""
 
 from dataclasses import dataclass, field
 
@@ -10,12 +10,12 @@ from studio.engine.base.sentences import Said
 
 @dataclass(frozen=True)
 class VideoClock:
-    """When a video's pictures were taken.
+    """The clock of a video's pictures.
 
     Attributes:
-        starts_s: the first one, on the common clock [s].
+        starts_s: time of the first one on the common clock [s].
         drift: how much faster the common clock runs than the video's, as a share.
-        within_s: how far off that may be [s]; None = it is not known, and the start counts for nothing.
+        within_s: maximum error of the start [s]; None = unknown, and the start is not used.
     """
 
     starts_s: float = 0.0
@@ -29,12 +29,12 @@ class VideoClock:
 
 @dataclass
 class ByClock:
-    """What one way has found.
+    """The result of one way.
 
     Attributes:
         clocks: of the videos that it can place; fewer than two mean that it failed.
         problems: why others cannot be placed.
-        notes: what else is to be told.
+        notes: what else to report.
     """
 
     clocks: dict[str, VideoClock] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Brings the videos of one performance to one clock, and says how."""
+"""Brings the videos of one performance to one clock, and reports how."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,8 +14,8 @@ from studio.take.video.sync.clocks import ByClock, VideoClock
 from studio.take.video.sync.sound import Sound, read_sound
 
 WAYS = ("auto", "audio", "clap", "timecode", "motion", "none")
-"""How videos are brought to one clock: `auto` takes the first of `audio`, `clap` and `timecode` that places most of
-them, else `motion`, which leaves it to calibration; `none` takes them to begin together."""
+"""Ways to bring videos to one clock: `auto` uses the first of `audio`, `clap` and `timecode` that places most of
+them, else `motion`, which leaves it to calibration; `none` assumes that they begin together."""
 
 _NONE_WITHIN_S = 0.1
 _SHOWN = 6
@@ -28,7 +28,7 @@ class FoundSync:
     Attributes:
         way: that was used, one of `WAYS` without `auto`.
         clocks: by camera.
-        notes: what was found, and why not otherwise.
+        notes: the result, and why other ways failed.
     """
 
     way: str
@@ -37,7 +37,7 @@ class FoundSync:
 
 
 def check_way(way: str) -> None:
-    """Raise where there is no such way.
+    """Raise if there is no such way.
 
     Raises:
         SettingsError: not one of `WAYS`.
@@ -55,7 +55,7 @@ def find_sync(
 ) -> FoundSync:
     """Return the clocks of videos of one performance.
 
-    A video that the way cannot place is left open, which the notes say: calibration finds it by the motion.
+    A video that the way cannot place stays open, and the notes report it: calibration places it by the motion.
 
     Args:
         files: by camera.
@@ -141,7 +141,7 @@ def _chosen(files: Mapping[str, Path], way: str, best: str, tried: Mapping[str, 
 
 
 def _untouched(files: Mapping[str, Path], way: str) -> FoundSync:
-    """Return videos that begin together, surely or until a calibration finds how far apart they began."""
+    """Return videos that begin together, for certain or until a calibration finds their offsets."""
     if len(files) < 2:
         return FoundSync("none", {name: VideoClock() for name in files})
     if way == "motion":

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from av.container import InputContainer
 
 RATE_HZ = 8000
-"""Sound is read at this rate: voices, steps and claps are below half of it."""
+"""Sampling rate of the sound; voices, steps and claps are below half of it."""
 
 LONGEST_S = 3600.0
-"""Of a longer file the first part is read."""
+"""Maximum length that is read [s]; of a longer file, the first part."""
 
 _GAP_S = 0.02
 _SILENCE = 1e-5
@@ -47,7 +47,7 @@ class Sound:
 
 
 def read_sound(path: Path) -> Sound | None:
-    """Return the sound of a video; None where it has none. Of a file that is cut off, what is there.
+    """Return the sound of a video, of a truncated file its readable part; None if it has none.
 
     Raises:
         FormatError: there is no such file, or it is no video.

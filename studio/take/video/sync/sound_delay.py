@@ -1,9 +1,9 @@
-"""How far apart two sounds of one scene began: generalised cross-correlation of short pieces.
+"""Offset between two sounds of one scene: generalised cross-correlation of short pieces.
 
 Each sound is whitened in time and frequency, so that neither a hum nor one loud moment decides (Knapp and Carter,
-"The generalized correlation method for estimation of time delay", 1976). Pieces of the one are looked for in the
-other. Those that agree give the offset, and over long files the drift of one clock against the other. Where too few
-agree, there is no answer.
+"The generalized correlation method for estimation of time delay", 1976). Pieces of one are searched in the other.
+Those that agree give the offset, and over long files the drift of one clock against the other. If too few agree,
+there is no result.
 """
 
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ _WINDOW = 512
 _BAND_HZ = (150.0, 3600.0)
 _SLOW_S = 1.0
 _QUIET, _NOISE = 0.2, 2.0
-"""What is below twice the quietest fifth of a frequency's moments counts as noise."""
+"""Quantile of a frequency's loudness over time, and the factor on it below which all counts as noise."""
 _MOST_SEEDS = 6
 _NEAR_S, _NEAR_CLEAR = 1.0, 6.0
-"""Where one piece was found, the others are looked for so near, and need be so clear."""
+"""Search distance [s] and minimum peak height (see `_CLEAR`) of other pieces once one piece was found."""
 _CLEAR = 8.0
-"""Height of a piece's peak over the usual size of the correlation; chance gives 6 over an hour."""
+"""Minimum height of a piece's peak over the usual size of the correlation; chance gives 6 over an hour."""
 _BESIDE_S, _SECOND = 0.02, 1.25
-"""How near the peak another one belongs to it [s], and by how much it must be higher than all others."""
+"""Distance within which other peaks belong to the peak [s], and its minimum ratio to all other peaks."""
 _AGREE_S = 0.02
 _LEAST_SHARE = 0.4
 _DRIFT_FROM_S, _MOST_DRIFT = 60.0, 300e-6
@@ -36,11 +36,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Delay:
-    """How two sounds go together.
+    """Offset and drift between two sounds.
 
     Attributes:
-        ahead_s: what is added to times of the second sound to give those of the first, at the second's time 0 [s].
-        drift: how much faster the first clock runs, as a share; 0 unless it is surely something else.
+        ahead_s: added to times of the second sound to give those of the first, at the second's time 0 [s].
+        drift: how much faster the first clock runs, as a share; 0 unless another value is certain.
         share: of the pieces that agree.
         height: of their peaks over what chance gives.
     """
@@ -52,7 +52,7 @@ class Delay:
 
 
 def find_delay(first: Sound, second: Sound) -> Delay | None:
-    """Return how two sounds go together; None where that is not clear."""
+    """Return the offset and drift between two sounds; None if they are not clear."""
     shorter, longer = sorted((first, second), key=lambda sound: len(sound.samples))
     if len(shorter.samples) < _SHORTEST_S * RATE_HZ or shorter.silent or longer.silent:
         return None
@@ -112,7 +112,7 @@ def _whitened(samples: NDArray[np.float32]) -> Array:
 
 
 class _Whole:
-    """A sound in which pieces are looked for."""
+    """A sound in which pieces are searched."""
 
     def __init__(self, sound: Array) -> None:
         from scipy.fft import next_fast_len, rfft
@@ -125,12 +125,12 @@ class _Whole:
         self._energy = energy
 
     def find(self, piece: Array, near_s: float | None = None) -> tuple[float, float] | None:
-        """Return where a piece begins in the sound [s], maybe before its first sample, and how high its peak is.
+        """Return a piece's start in the sound [s], maybe before its first sample, and the height of its peak.
 
-        None where no place is clearly the best.
+        None if no place is clearly the best.
 
         Args:
-            near_s: look only near that time [s]; None = everywhere.
+            near_s: search only near that time [s]; None = everywhere.
         """
         if not float((piece**2).sum()) > 0:
             return None
@@ -171,7 +171,7 @@ class _Whole:
 
 
 def _top(values: Array, i: int) -> float:
-    """Return where between the neighbours of a highest value the parabola through them has its top, -0.5..0.5."""
+    """Return the offset of the top of the parabola through a highest value and its neighbours, -0.5..0.5."""
     if not 0 < i < len(values) - 1:
         return 0.0
     left, middle, right = values[i - 1 : i + 2]
@@ -180,13 +180,13 @@ def _top(values: Array, i: int) -> float:
 
 
 def _agreeing(times: Array, ahead: Array, height: Array) -> NDArray[np.bool_]:
-    """Return which pieces agree with most of the others, a drift allowed for, shape (piece_count,)."""
+    """Return which pieces agree with most of the others, allowing for a drift, shape (piece_count,)."""
     apart = np.abs(ahead[:, None] - ahead) < _AGREE_S + _MOST_DRIFT * np.abs(times[:, None] - times)
     return apart[int((apart * height).sum(axis=1).argmax())]
 
 
 def _line(times: Array, ahead: Array) -> tuple[float, float]:
-    """Return offset at time 0 and drift of a line through pieces; no drift where they do not show one."""
+    """Return offset at time 0 and drift of a line through pieces; drift 0 if they do not show one."""
     if float(np.ptp(times)) < _DRIFT_FROM_S or len(times) < 4:
         return float(np.median(ahead)), 0.0
     count, third = len(times), max(1, len(times) // 3)

@@ -7,11 +7,11 @@ from studio.engine.timecode.timecode import DAY_S, TimecodeRate
 _FORM = re.compile(r"(\d{2}):(\d{2}):(\d{2})([:;.,])(\d{2,3})")
 _RATES = (24, 25, 30, 48, 50, 60, 100, 120, 240)
 _NEAR = 0.015
-"""How near a usual rate the average rate of a video is, whose frames may come unevenly, as a share."""
+"""Maximum distance of a video's average rate from a usual one, as a share; its frames may come unevenly."""
 
 
 def seconds_of(timecode: str, frames_per_second: float) -> float | None:
-    """Return the time of the day that a timecode says [s]; None where it is none at this rate.
+    """Return the time of the day of a timecode [s]; None if it is invalid at this rate.
 
     Rates such as 29.97 count whole frames of 30: without drop-frame their second is a little longer than a second.
     Drop-frame (`;`) leaves out two numbers a minute (four at 59.94), except in every tenth.

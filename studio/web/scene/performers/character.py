@@ -1,7 +1,7 @@
 """The solved character in the browser view: the mannequin, skinned to the performer's proportions.
 
 All bodies of the mannequin are in the scene. Each browser shows one: `static/view/view_body.js` gives it the bones of
-the first one, which alone are sent.
+the first one; only these are sent.
 """
 
 from functools import reduce
@@ -23,13 +23,13 @@ from studio.web.scene.performers.skin import Skin, joints_of
 Array = NDArray[np.float64]
 
 _RIGID_M = 1e-3
-"""Largest change of bones between poses of a rigid skeleton."""
+"""Maximum change of bones between poses of a rigid skeleton [m]."""
 
 _OTHER_M = 0.02
-"""Difference of a bone from the body's that requires another body."""
+"""Difference of a bone from the body's that requires another body [m]."""
 
 _MEMORY = 30
-"""Number of poses over which changing bones are averaged, and the least between two new bodies."""
+"""Number of poses over which changing bones are averaged, and minimum number between two new bodies."""
 
 
 class Proportions:
@@ -95,7 +95,7 @@ class Character:
             skin.set_opacity(opacity)
 
     def set_colour(self, rgb: tuple[int, int, int] | None) -> None:
-        """Give the body a colour, with darker joints; None: as a body is that is alone."""
+        """Give the body a colour, with darker joints; None: the colour of a single performer."""
         self._colours = (
             {BODY: BODY_RGB, SEAM: JOINT_RGB}
             if rgb is None

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 _JOINTS = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
 _INDICES = [OUTPUT_INDEX[name] for name in _JOINTS]
 _LIFTED_M = 0.12
-"""A foot that is lifted so far has no contact shadow."""
+"""Height from which a lifted foot has no contact shadow [m]."""
 
 _SIZE_M = 0.105
 _OVER_FLOOR_M = 0.003
@@ -28,7 +28,7 @@ _FLOAT, _SHORT, _VERTICES, _INDEX = 5126, 5123, 34962, 34963
 def spot() -> bytes:
     """Return a soft black disc of radius 1 in the plane z = 0 as a GLB.
 
-    What is blended writes no depth, so that it hides nothing of the floor.
+    A blended mesh writes no depth, so that it hides nothing of the floor.
     """
     away = np.concatenate([[0.0], np.repeat(np.arange(1, _RINGS + 1) / _RINGS, _SECTORS)])
     turn = np.concatenate([[0.0], np.tile(2 * np.pi * np.arange(_SECTORS) / _SECTORS, _RINGS)])
@@ -73,7 +73,7 @@ def _glb(points: NDArray[np.float32], colours: NDArray[np.float32], faces: NDArr
 
 
 def sizes(lifts_m: Array) -> Array:
-    """Return the spots' sizes, 0 to 1, of joints lifted so far off the floor [m]."""
+    """Return the spots' sizes, 0 to 1, of joints lifted by `lifts_m` off the floor [m]."""
     share = np.clip(1.0 - lifts_m / _LIFTED_M, 0.0, 1.0)
     return share * share * (3.0 - 2.0 * share)
 
@@ -92,7 +92,7 @@ class ContactShadows:
         ]
 
     def fit(self, rest_m: Array, root_height_m: float | None) -> None:
-        """Take in the T-pose of a body, hips at 0 [m], shape (52, 3): how high its joints are when it stands."""
+        """Take in the T-pose of a body, hips at 0 [m], shape (52, 3), for its joints' heights when it stands."""
         self._standing_m = rest_m[_INDICES, 2] + rest_lift_m(rest_m[:, 2], root_height_m)
 
     def draw(self, positions_m: Array) -> None:

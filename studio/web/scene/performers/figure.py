@@ -19,16 +19,16 @@ FIGURES = ("character", "fused", "raw", "effectors", "ghost", "trails")
 """Layers in which a performer has a part."""
 
 BODY = ("character", "fused", "effectors", "trails")
-"""Layers that show nothing where there is no solve."""
+"""Layers that show nothing without a solve."""
 
 _NO_PATH = np.zeros((0, 3))
 
 Shown = Callable[[str], bool]
-"""Whether a layer is shown: nothing is drawn into one that is not."""
+"""Whether a layer is shown; nothing is drawn into a hidden one."""
 
 
 class PerformerFigure:
-    """One performer's parts; nodes are named after `performer`, of further ones after `performer_2` and so on.
+    """One performer's parts; nodes are named after `performer`, for further ones after `performer_2` and so on.
 
     Args:
         server: the view's.
@@ -59,7 +59,7 @@ class PerformerFigure:
         return self._ghost.stands_inside
 
     def call(self, name: str | None) -> None:
-        """Show the performer in the colour of their number, with a name over the head; None: as one who is alone."""
+        """Show the performer in the colour of their number, with a name over the head; None: a single performer."""
         if name == self._name:
             return
         self._character.set_colour(None if name is None else performer_colour(self._number))
@@ -82,14 +82,14 @@ class PerformerFigure:
         name_at: NDArray[np.float64] | None = None,
         robot_q: NDArray[np.float64] | None = None,
     ) -> None:
-        """Show the performer's step, and a second figure beside it.
+        """Show the performer's step, and a second figure next to it.
 
         Args:
             result: the step.
             ghost: of the second figure.
-            shown: tells which layers are.
+            shown: returns whether a layer is shown.
             colours: of the cameras.
-            name_at: where the name stands [m], shape (3,).
+            name_at: place of the name [m], shape (3,).
             robot_q: configuration of the robot that is drawn, if any; None: it follows the step.
         """
         body = bool(np.isfinite(result.positions_m[0]).all())

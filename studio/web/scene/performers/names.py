@@ -1,4 +1,4 @@
-"""Where the performers' names stand in the view: over their heads, one over the other where two stand close."""
+"""Places of the performers' names in the view: over their heads, one above the other if two stand close."""
 
 from collections.abc import Mapping
 
@@ -11,14 +11,14 @@ from studio.engine.model.joints import OUTPUT_INDEX
 _HEAD = OUTPUT_INDEX["Head"]
 _OVER_HEAD_M = 0.27
 _APART_M = 0.2
-"""Names of two who stand in one place differ in height by this much."""
+"""Difference in height of the names of two performers in one place [m]."""
 
 _CLOSE_M, _FAR_M = 0.6, 1.0
-"""Names of performers closer than the first stand fully apart, of those further than the second as they are."""
+"""Distances of two performers up to which their names are fully separated, and from which they are unchanged [m]."""
 
 
 def name_places(steps: Mapping[int, StepResult]) -> dict[int, NDArray[np.float64]]:
-    """Return where the name of each performer stands [m], shape (3,), by number; of nobody who has no pose."""
+    """Return the place of each performer's name [m], shape (3,), by number; those without a pose are left out."""
     placed: dict[int, NDArray[np.float64]] = {}
     for number, one in sorted(steps.items()):
         place = one.positions_m[_HEAD] + [0.0, 0.0, _OVER_HEAD_M]

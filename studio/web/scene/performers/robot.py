@@ -20,7 +20,7 @@ DRAWN_S = 1.0 / 30.0
 
 @dataclass(frozen=True, eq=False)
 class ChosenRobot:
-    """A robot to draw in the performers' place, with what it looks like."""
+    """A robot to draw in the performers' place, with its appearance."""
 
     robot: "Robot"
     shapes: "list[Shape]"
@@ -50,7 +50,7 @@ class RobotFigure:
         ]  # fmt: skip
 
     def draw(self, result: StepResult, q: NDArray[np.float64] | None) -> None:
-        """Show a configuration, shape (nq,); None: the one with which the robot follows the performer live."""
+        """Show a configuration, shape (nq,); None: the one in which the robot follows the performer live."""
         if q is None:
             q = self._followed(result)
         self._data.qpos[:] = q

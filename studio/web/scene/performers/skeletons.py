@@ -16,7 +16,7 @@ _NO_BONES = np.zeros((1, 2, 3), dtype=np.float32)
 
 
 def bones(positions: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return bones whose ends were seen, shape (bone_count, 2, 3); positions (21, 3), NaN = unseen."""
+    """Return the bones with both ends seen, shape (bone_count, 2, 3); positions (21, 3), NaN = unseen."""
     pairs = np.stack([positions[PARENTS[_CHILDREN]], positions[_CHILDREN]], axis=1)
     return pairs[np.isfinite(pairs).all(axis=(1, 2))].astype(np.float32)
 
@@ -45,7 +45,7 @@ class JointBalls:
         colours: NDArray[np.uint8] | None = None,
     ) -> None:
         """Show joints in the stage frame [m], shape (21, 3), NaN = left out; radii [m], shape (21,) or one for all;
-        unchanged colours, or of each, shape (21, 3).
+        colours of each, shape (21, 3), or unchanged.
         """
         known = np.logical_and.reduce(np.isfinite(joints_m), axis=1)
         radii = np.where(known, radii_m, _HIDDEN_M)[:, None]

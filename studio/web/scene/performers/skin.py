@@ -13,7 +13,7 @@ from viser._messages import SetBoneOrientationMessage, SetBonePositionMessage
 from studio.engine.animation.mannequin import SkinnedMesh
 
 WINDOW = 512
-"""Messages that viser sends at once: more than a frame has, so that no browser shows half a pose."""
+"""Number of messages that viser sends at once: more than a frame has, so that no browser shows half a pose."""
 
 Rgb = tuple[int, int, int]
 
@@ -51,7 +51,7 @@ class Skin:
             name: of the scene's node.
             mesh: the body, stage axes.
             rest_m: the joints' rest positions in the stage's axes [m], shape (J, 3).
-            tone: `BODY` or `SEAM`; joints: that have a bone: all that move its triangles, increasing.
+            tone: `BODY` or `SEAM`; joints: those with a bone: all that move its triangles, increasing.
             rgb: its colour; opacity: None = opaque.
         """
         triangles = mesh.triangles[mesh.tones == tone]
