@@ -10,7 +10,7 @@ solve          one instant, live or replayed: timing, fusion, filters, solve, co
 identity       which body in a camera's frame is which performer
 calibration    cameras, performer and floor from a walk (step 4)
 seeing         skeletons from depth images and pictures (step 1)
-edits          what an operator says about a take
+edits          an operator's statements about a take
 model          joints, frames, poses, settings, calibrations, the human body
 timecode       timecode and its carriers
 base           errors, files, geometry, arrays, compiled code

@@ -72,7 +72,7 @@ def take_up(
         _log.error("take %s/%s cannot be continued: %s", marker.session, marker.take, error)
         engine.ended_problem = say(
             "recording.not_resumed",
-            "the server was started again within take {take}, which cannot be gone on with: {error}",
+            "the server was started again within take {take}, which cannot be continued: {error}",
             take=f"{marker.session}/{marker.take}",
             error=error,
         )
