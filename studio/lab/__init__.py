@@ -1,1 +1,1 @@
-"""Measurement of the studio itself: `bench` its speed, `study` the experiments of the thesis."""
+"""Measurement of the studio itself: `bench` for speed, `study` for the experiments of the thesis."""

@@ -1,4 +1,4 @@
-"""Quality of a take's solve for its reviewers: figures, edit list, differences from another motion."""
+"""Quality of a take's solve for reviewers: figures, edit list, differences from another motion."""
 
 import itertools
 from pathlib import Path
@@ -30,7 +30,7 @@ from studio.take.folder.references import HowAligned
 from studio.take.folder.take import Take
 
 MAX_SAMPLES = 1200
-"""Largest number of instants with differences; longer takes are thinned."""
+"""Maximum number of instants with differences; longer takes are thinned."""
 
 
 def solve_figures(
@@ -86,7 +86,7 @@ def solve_differences(
     Args:
         take: of `a`.
         a, b: files `poses.npz`.
-        another_take: `b` is of another take; both begin together.
+        another_take: `b` is from another take; both begin together.
         lined_up: align `b` in place and time with `a` instead.
         offset_ms: further offset of `b`, positive = ahead.
 
@@ -109,8 +109,8 @@ def reference_differences(
     """Return the differences of a solve from a reference over time.
 
     Args:
-        take, a, offset_ms: as `solve_differences`, also for errors.
-        reference: its file.
+        take, a, offset_ms: as in `solve_differences`, also for errors.
+        reference: file of the reference.
         how: options of its alignment.
         kept: file of the reference in the stage frame of `a`.
     """
@@ -127,7 +127,7 @@ def _differences(
     alignment: AlignmentJson | None,
     aligned: Aligned | None,
 ) -> DifferencesOverTime:
-    """Return differences at up to `MAX_SAMPLES` instants: the largest of each stretch, so that no peak is lost."""
+    """Return differences at up to `MAX_SAMPLES` instants: the largest of each interval, so that no peak is lost."""
     found = differences(solve, Reference(motion.time_s - offset_ms * 1e-3, motion.positions_m))
     count = len(found.frames)
     edges = np.unique(np.linspace(0, count, min(count, MAX_SAMPLES) + 1).round().astype(int))

@@ -1,4 +1,4 @@
-"""What a packet of another system tells."""
+"""Content of another system's packet."""
 
 from msgspec import Struct
 

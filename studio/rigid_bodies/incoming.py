@@ -1,4 +1,4 @@
-"""The rigid bodies and markers that come in: listens to the systems that are on, and says where each is."""
+"""Incoming rigid bodies and markers: listens to the systems that are on, and returns where each body is."""
 
 import logging
 import threading
@@ -27,13 +27,13 @@ _AROUND = 4
 _log = logging.getLogger(__name__)
 
 _Reading = tuple[int, BodyAxes, BodyReading]
-"""When it came on the server's clock [ns], in which axes, and what."""
+"""Arrival on the server's clock [ns], axes, and the reading."""
 
 _What = TypeVar("_What", BodyReading, MarkersReading)
 
 
 class RigidBodyStatus(Struct, frozen=True):
-    """A rigid body: its name, what it is used as, whether it is seen now, and its place on the stage [m]."""
+    """A rigid body: its name, its use, whether it is seen now, and its position on the stage [m]."""
 
     name: str
     use: str = ""
@@ -42,8 +42,8 @@ class RigidBodyStatus(Struct, frozen=True):
 
 
 class RigidStatus(Struct, frozen=True):
-    """The systems by name, the bodies, how many markers with and without a name are seen now, and why the stored
-    settings cannot be read, or empty."""
+    """The systems by name, the bodies, the numbers of markers with and without a name that are seen now, and why the
+    stored settings cannot be read, or empty."""
 
     osc: RigidSourceStatus = RigidSourceStatus()
     natnet: RigidSourceStatus = RigidSourceStatus()
@@ -54,14 +54,14 @@ class RigidStatus(Struct, frozen=True):
 
 
 class IncomingBodies:
-    """The rigid bodies of a sessions folder; safe from any thread.
+    """The rigid bodies of a sessions folder; thread-safe.
 
     Args:
-        sessions: where the settings are stored.
+        sessions: folder in which the settings are stored.
         clock_ns: the server's clock [ns].
 
     Attributes:
-        on_heard: called on a source's thread with the time on the server's clock [ns], the axes, and what was heard.
+        on_heard: called on a source's thread with the time on the server's clock [ns], the axes, and the content.
     """
 
     def __init__(self, sessions: Path, clock_ns: Callable[[], int]) -> None:
@@ -75,7 +75,7 @@ class IncomingBodies:
         self.on_heard: Callable[[int, BodyAxes, PacketContent], object] = lambda *heard: None
 
     def start(self) -> None:
-        """Listen to what was on last; a file that cannot be read counts as none, and is told."""
+        """Listen to the systems that were on last; an unreadable file counts as none, and is reported."""
         try:
             self._use(load_rigid_settings(self._sessions))
         except SettingsError as error:
@@ -86,7 +86,7 @@ class IncomingBodies:
         """Use and store other settings.
 
         Raises:
-            SettingsError: they are not allowed; those before stay in use.
+            SettingsError: they are not allowed; the previous ones stay in use.
             StudioError: the disk refuses.
         """
         settings.check()
@@ -99,7 +99,7 @@ class IncomingBodies:
         before, self.settings = self.settings, settings
         meant = {key: getattr(before, key) for key in ("place", "bodies", "later_s", "ties")}
         if structs.replace(settings, **meant) == before:
-            return  # what is heard stays
+            return  # the same listeners continue
         self.close()
         with self._lock:
             self._recent, self._markers = {}, deque()
@@ -109,7 +109,7 @@ class IncomingBodies:
             self._listeners["natnet"] = RigidListener(NatNetSource(settings), self._put)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         listeners, self._listeners = self._listeners, {}
         for listener in listeners.values():
             listener.close()
@@ -132,8 +132,8 @@ class IncomingBodies:
             self.on_heard(now_ns, axes, PacketContent(kept, heard.markers))
 
     def at(self, time_ns: int, fresh_ns: int = _FRESH_NS) -> tuple[PlacedBody, ...]:
-        """Return the bodies at a time on the server's clock [ns], up to 2 s ago, in the stage frame; those seen then,
-        or not longer before or after than `fresh_ns`."""
+        """Return the bodies at a time on the server's clock [ns], up to 2 s ago, in the stage frame: those seen
+        within `fresh_ns` of it."""
         with self._lock:
             recent = {name: _around(mine, time_ns) for name, mine in self._recent.items()}
         settings = self.settings
@@ -153,8 +153,8 @@ class IncomingBodies:
         return tuple(found)
 
     def markers_at(self, time_ns: int) -> PlacedMarkers | None:
-        """Return the markers nearest to a time on the server's clock [ns], up to 2 s ago, in the stage frame; None
-        where none were seen for half a second."""
+        """Return the markers nearest to a time on the server's clock [ns], up to 2 s ago, in the stage frame; None if
+        none were seen within half a second of it."""
         with self._lock:
             near = _around(self._markers, time_ns)
         if not near:
@@ -164,7 +164,7 @@ class IncomingBodies:
         return placed_markers(reading, axes, self.settings.place) if known else None
 
     def evidence_at(self, time_ns: int) -> dict[str, dict[str, tuple[float, float, float]]]:
-        """Return where bodies that are evidence put joints at a time on the server's clock [ns], about now: by
+        """Return joint positions from bodies used as evidence, at a time on the server's clock [ns] near now: by
         performer and joint [m], stage frame."""
         settings = self.settings
         known = [one for one in settings.bodies if one.use == "evidence" and one.name in settings.ties]
@@ -181,7 +181,7 @@ class IncomingBodies:
         return found
 
     def status(self) -> RigidStatus:
-        """Return what comes in now."""
+        """Return the current state."""
         now_ns = self._clock_ns()
         seen, markers = {one.name: one for one in self.at(now_ns)}, self.markers_at(now_ns)
         known = {one.name: one.use for one in self.settings.bodies}
@@ -199,13 +199,13 @@ class IncomingBodies:
 
 
 def _forget(readings: deque[tuple[int, BodyAxes, _What]], now_ns: int) -> None:
-    """Take away what came too long ago."""
+    """Remove readings that are too old."""
     while readings[0][0] < now_ns - _KEPT_NS:
         readings.popleft()
 
 
 def _around(readings: deque[tuple[int, BodyAxes, _What]], time_ns: int) -> list[tuple[int, BodyAxes, _What]]:
-    """Return the readings next to a time, in order; the engine may be late, and others have come since."""
+    """Return the readings around a time, in order; later ones may exist, because the engine may be late."""
     after: deque[tuple[int, BodyAxes, _What]] = deque(maxlen=_AROUND)
     before: list[tuple[int, BodyAxes, _What]] = []
     for one in reversed(readings):

@@ -1,8 +1,8 @@
 """NatNet 3 and 4, as OptiTrack's Motive sends it: rigid bodies with their names, and markers.
 
 Source: OptiTrack's public documentation of the protocol, "NatNet: Class/Function Reference" and "Direct
-depacketization" (the sample client in Python). All is little-endian. Of a frame the rigid bodies and the labelled and
-unlabelled markers are read; marker sets, skeletons, trained assets, plates and devices are passed over.
+depacketization" (the sample client in Python). All is little-endian. Rigid bodies and labelled and unlabelled markers
+of a frame are read; marker sets, skeletons, trained assets, plates and devices are skipped.
 """
 
 import math
@@ -20,7 +20,7 @@ PORT, DATA_PORT = 1510, 1511
 LONGEST = 65_507
 FARTHEST_M = 1000.0
 _UNNAMED = 500
-"""So many frames are waited for names; then numbers stand for them."""
+"""Number of frames that wait for names; afterwards numbers replace unknown names."""
 
 _OCCLUDED, _UNLABELLED = 0x01, 0x10
 _BODY_BYTES = 38
@@ -36,9 +36,9 @@ class NatNetDecoder:
     """Finds rigid bodies and markers in the packets of one server.
 
     Attributes:
-        version: of the stream, major and minor; None = the server has not told it.
-        server: the program that sends, "" = not told.
-        refused: packets that were no NatNet, or of a version that is not read.
+        version: version of the stream, major and minor; None = not yet reported by the server.
+        server: the program that sends, "" = not reported.
+        refused: number of packets that were no NatNet, or of an unsupported version.
     """
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class NatNetDecoder:
         return self._model is not None and bool(self._model.assets)
 
     def feed(self, data: bytes) -> PacketContent:
-        """Return what a packet tells; nothing where it is refused."""
+        """Return the content of a packet; empty if it is refused."""
         try:
             if len(data) > LONGEST:
                 raise CutError
@@ -77,7 +77,7 @@ class NatNetDecoder:
     def _read_server(self, packet: Packet) -> None:
         name = packet.text()
         packet.skip(256 - len(name.encode()) - 1 if len(name.encode()) < 256 else 0)
-        packet.numbers("4B")  # of the program
+        packet.numbers("4B")  # version of the program
         major, minor, _, _ = packet.numbers("4B")
         if major not in (3, 4):
             raise CutError
@@ -113,7 +113,7 @@ class NatNetDecoder:
 
 
 def _section(packet: Packet, sized: bool) -> tuple[int, Packet]:
-    """Return how many parts a section has, and where they are read."""
+    """Return the number of parts of a section, and the packet from which they are read."""
     count = packet.count()
     return count, packet.part(packet.whole()) if sized else packet
 
@@ -133,8 +133,8 @@ def _rigid_body(packet: Packet, model: NatNetModel) -> BodyReading:
 def _markers(
     packet: Packet, count: int, model: NatNetModel, unlabelled: list[tuple[float, ...]]
 ) -> MarkersReading | None:
-    """Return the markers of a frame that were seen; None where it has none. Motive repeats the unlabelled ones among
-    the labelled ones; others tell them in a section of their own."""
+    """Return the visible markers of a frame; None if it has none. Motive repeats the unlabelled ones among the
+    labelled ones; other programs send them only in their own section."""
     named: dict[str, Place] = {}
     loose: list[tuple[float, ...]] = []
     for _ in range(count):
@@ -152,18 +152,18 @@ def _markers(
 
 
 def _rounded(place: tuple[float, ...]) -> Place:
-    """Return a place to a hundredth of a millimetre: as single numbers have it, in half the text."""
+    """Return a place rounded to a hundredth of a millimetre: the accuracy of single precision, in half the text."""
     x, y, z = place
     return round(x, 5), round(y, 5), round(z, 5)
 
 
 def is_place(numbers: tuple[float, ...]) -> bool:
-    """Whether x, y, z [m] may be a place: finite, near."""
+    """Whether x, y, z [m] can be a place: finite, near."""
     return all(abs(one) <= FARTHEST_M for one in numbers)
 
 
 def is_pose(numbers: list[float]) -> bool:
-    """Whether x, y, z [m] and a quaternion may be a pose: finite, near, of length 1."""
+    """Whether x, y, z [m] and a quaternion can be a pose: finite, near, of length 1."""
     if len(numbers) != 7 or not all(math.isfinite(one) for one in numbers):
         return False
     return max(map(abs, numbers[:3])) <= FARTHEST_M and abs(math.hypot(*numbers[3:]) - 1.0) < 0.1

@@ -1,8 +1,8 @@
-"""What a NatNet server says of its assets: the names of rigid bodies, and of the markers on them and on performers.
+"""Names of a NatNet server's assets: of rigid bodies, and of the markers on them and on performers.
 
 Source: OptiTrack's public documentation, "Data descriptions": marker sets (0), rigid bodies (1), skeletons (2) and
-trained marker sets (6, from 4.1 on). A labelled marker is told by the number of its asset and its own, from 1; its
-name stands in the description of a rigid body from 4.0 on, and in the marker set that is called like the asset.
+trained marker sets (6, from 4.1 on). A labelled marker has the number of its asset and its own number, from 1. Its
+name is in the description of a rigid body from 4.0 on, and in the marker set with the asset's name.
 """
 
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from studio.engine.rigid_bodies.markers import MOST_MARKERS
 from studio.rigid_bodies.packets import Packet
 
 SIZED = (4, 1)
-"""From this version on each part has its size in bytes."""
+"""First version in which each part has its size in bytes."""
 
 LONGEST_NAME = 64
 _SET, _BODY, _SKELETON, _TRAINED = 0, 1, 2, 6
@@ -23,9 +23,9 @@ class NatNetModel:
     """The names of a server's assets.
 
     Attributes:
-        bodies: of rigid bodies, by number.
-        assets: of all that has markers, by number; where two have one number, the first.
-        markers: by the number of the asset, those of its markers in order.
+        bodies: names of rigid bodies, by number.
+        assets: names of all assets with markers, by number; of two with the same number, the first.
+        markers: names of each asset's markers in order, by number of the asset.
     """
 
     bodies: dict[int, str] = field(default_factory=dict)
@@ -33,7 +33,7 @@ class NatNetModel:
     markers: dict[int, list[str]] = field(default_factory=dict)
 
     def marker(self, asset: int, number: int) -> str:
-        """Return the name of an asset's marker, such as `Anna:LKNE`; numbers stand for what is not known."""
+        """Return the name of an asset's marker, such as `Anna:LKNE`; numbers replace unknown names."""
         name = self.assets.get(asset, f"asset {asset}")
         mine = self.markers.get(asset, [])
         own = mine[number - 1] if 1 <= number <= len(mine) else ""
@@ -41,7 +41,7 @@ class NatNetModel:
 
 
 def read_model(packet: Packet, version: tuple[int, int]) -> NatNetModel:
-    """Return what a packet of descriptions says.
+    """Return the names in a packet of descriptions.
 
     Raises:
         CutError: it ends too early.
@@ -51,7 +51,7 @@ def read_model(packet: Packet, version: tuple[int, int]) -> NatNetModel:
         kind, part = packet.whole(), packet
         sized = version >= SIZED
         if sized:
-            part = packet.part(packet.whole())  # what later versions add at its end is passed over
+            part = packet.part(packet.whole())  # additions of later versions at its end are skipped
         if kind == _SET:
             name = _name(part)
             sets.setdefault(name, _names(part))
@@ -81,7 +81,7 @@ def _add(model: NatNetModel, number: int, name: str, markers: list[str]) -> None
 
 
 def _own(asset: str, marker: str) -> str:
-    """Return a marker's name without that of its asset before it."""
+    """Return a marker's name without the prefix of its asset."""
     return marker.removeprefix(asset).lstrip(":_ ") or marker
 
 

@@ -1,4 +1,4 @@
-"""Reads binary packets from their front; what is cut off is told by an error."""
+"""Reads binary packets from the front; a truncated packet raises an error."""
 
 import struct
 
@@ -7,18 +7,18 @@ _LONGEST_TEXT = 256
 
 
 class CutError(Exception):
-    """A packet that ends too early, or that tells a number of parts that cannot be."""
+    """A packet that ends too early, or has an impossible number of parts."""
 
 
 class Packet:
-    """Reads a packet, little-endian, from its front."""
+    """Reads a packet, little-endian, from the front."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
         self._at = 0
 
     def numbers(self, form: str) -> tuple[float, ...]:
-        """Return numbers, as `struct` writes them."""
+        """Return numbers in a format of `struct`."""
         try:
             found = struct.unpack_from("<" + form, self._data, self._at)
         except struct.error as error:
@@ -27,7 +27,7 @@ class Packet:
         return found
 
     def whole(self) -> int:
-        """Return a whole number of 32 bits."""
+        """Return a 32-bit integer."""
         return int(self.numbers("i")[0])
 
     def count(self) -> int:
@@ -38,7 +38,7 @@ class Packet:
         return value
 
     def text(self) -> str:
-        """Return a text, which a zero ends."""
+        """Return a zero-terminated text."""
         end = self._data.find(b"\0", self._at, self._at + _LONGEST_TEXT)
         if end < 0:
             raise CutError
@@ -47,11 +47,11 @@ class Packet:
         return found
 
     def skip(self, size: int) -> None:
-        """Pass over so many bytes."""
+        """Skip bytes."""
         self.part(size)
 
     def part(self, size: int) -> "Packet":
-        """Return so many bytes as a packet of their own, and pass over them."""
+        """Return the next bytes as a packet, and skip them."""
         if size < 0 or self._at + size > len(self._data):
             raise CutError
         self._at += size

@@ -1,4 +1,4 @@
-"""Which rigid bodies come in, and what they are: `sessions/rigid_bodies.json`, so that it holds after a restart."""
+"""Settings of incoming rigid bodies: `sessions/rigid_bodies.json`, so that they survive a restart."""
 
 import ipaddress
 from pathlib import Path
@@ -19,18 +19,18 @@ _LATEST_S, _FARTHEST_M = 0.5, 2.0
 
 
 class RigidSettings(Struct, frozen=True, forbid_unknown_fields=True):
-    """Which systems are listened to; none until it is switched on.
+    """The systems to listen to; all are off until they are switched on.
 
     Attributes:
-        osc, natnet: whether trackers over OSC, and NatNet, are heard.
-        host, osc_port: address of this machine at which OSC is heard; loopback keeps other machines out.
-        natnet_server, natnet_port: where Motive runs, and its port for commands.
+        osc, natnet: whether trackers over OSC, and NatNet, are received.
+        host, osc_port: address of this machine at which OSC is received; loopback keeps other machines out.
+        natnet_server, natnet_port: machine on which Motive runs, and its port for commands.
         natnet_multicast: the group that Motive sends to, "" = it sends to this program alone (unicast).
-        natnet_up: the axis that points up in what Motive sends.
-        place: where the other system stands on the stage.
-        bodies: what the rigid bodies are.
-        later_s: how much later than they came their readings count [s].
-        ties: how bodies sit on their joints, by name, as it was measured in a take: those that are evidence pin them.
+        natnet_up: the axis that points up in Motive's data.
+        place: placement of the other system on the stage.
+        bodies: meaning of the rigid bodies.
+        later_s: time added to the arrival of readings [s].
+        ties: placement of bodies on their joints, by name, as measured in a take; bodies used as evidence pin joints.
     """
 
     osc: bool = False
@@ -47,11 +47,11 @@ class RigidSettings(Struct, frozen=True, forbid_unknown_fields=True):
     ties: dict[str, Tie] = {}
 
     def in_take(self) -> TakeBodies:
-        """Return what is said of a take's bodies that is recorded now."""
+        """Return the facts about bodies for a take that is recorded now."""
         return TakeBodies(self.place, self.bodies, self.later_s, self.ties)
 
     def check(self) -> None:
-        """Raise what is wrong.
+        """Check the values.
 
         Raises:
             SettingsError: a value that is not allowed.
@@ -83,7 +83,7 @@ def _is_multicast(text: str) -> bool:
 
 
 def load_rigid_settings(sessions: Path) -> RigidSettings:
-    """Return the stored settings; without a file nothing is listened to.
+    """Return the stored settings; without a file all systems are off.
 
     Raises:
         SettingsError: the file cannot be read.

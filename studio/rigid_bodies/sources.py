@@ -21,21 +21,21 @@ from studio.rigid_bodies.trackers import TrackerDecoder
 
 WAIT_S, _RETRY_S, _ASK_S, _NAMES_S = 0.2, 1.0, 1.0, 5.0
 MOST_PER_S = 1000
-"""Most packets a second of one source; more are dropped, so that no sender can fill a take."""
+"""Maximum number of packets per second of one source; more are dropped, so that no sender can fill a take."""
 
 _log = logging.getLogger(__name__)
 
 Put = Callable[[BodyAxes, PacketContent], object]
-"""Takes what a packet tells, and the axes that it is in."""
+"""Takes the axes of a packet, and its content."""
 
 
 class RigidSourceStatus(Struct, frozen=True):
-    """A system of rigid bodies: whether it is on, where it is heard, and what came.
+    """State of a system of rigid bodies: whether it is on, its address, and its packets.
 
     Attributes:
-        packets: those with rigid bodies or markers; refused: those that could not be read; dropped: over the limit.
-        server: the program that sends, where it tells, "" = not known.
-        problem: why nothing is heard, "" = nothing is wrong.
+        packets: number with rigid bodies or markers; refused: number of unreadable ones; dropped: over the limit.
+        server: the program that sends, if it reports it, "" = unknown.
+        problem: why nothing is received, "" = no problem.
     """
 
     on: bool = False
@@ -81,12 +81,12 @@ class OscSource:
         """Return a socket at the address.
 
         Raises:
-            OSError: there is none to be had.
+            OSError: it cannot be opened.
         """
         return [_bound(self._at)]
 
     def idle(self, channels: list[socket.socket], now_s: float) -> None:
-        """Do nothing: senders begin by themselves."""
+        """Do nothing: trackers send without a request."""
 
     def read(self, data: bytes, sender: str) -> tuple[BodyAxes, PacketContent]:
         """Return the trackers of a packet."""
@@ -94,7 +94,7 @@ class OscSource:
 
 
 class NatNetSource:
-    """NatNet of a server. What another machine sends is refused."""
+    """NatNet of a server. Packets from other machines are refused."""
 
     def __init__(self, settings: RigidSettings) -> None:
         self._settings = settings
@@ -115,10 +115,10 @@ class NatNetSource:
         return self._decoder.refused + self._strangers
 
     def open(self) -> list[socket.socket]:
-        """Return a socket that the server can answer, and that of the group.
+        """Return a socket for the server's answers, and one for the multicast group, if any.
 
         Raises:
-            OSError: the name is not known, or a socket is not to be had.
+            OSError: the name is unknown, or a socket cannot be opened.
         """
         self._host = socket.gethostbyname(self._settings.natnet_server)
         self._asked_s = self._named_s = -1e9
@@ -137,7 +137,7 @@ class NatNetSource:
         return channels
 
     def idle(self, channels: list[socket.socket], now_s: float) -> None:
-        """Ask the server for what is not known yet, and tell it that somebody listens."""
+        """Send the server a keep-alive, and request its version or its names."""
         if now_s - self._asked_s < _ASK_S:
             return
         self._asked_s = now_s
@@ -157,7 +157,7 @@ class NatNetSource:
         knew = self._decoder.version is not None
         found = self._decoder.feed(data)
         if not knew and self._decoder.version is not None:
-            self._asked_s = -1e9  # ask for the names at once
+            self._asked_s = -1e9  # request the names at once
         return self._axes, found
 
 
@@ -173,7 +173,7 @@ def _bound(address: tuple[str, int]) -> socket.socket:
 
 
 class RigidListener:
-    """Receives from a source on a thread of its own, until `close`."""
+    """Receives from a source on its own thread, until `close`."""
 
     def __init__(self, source: _Source, put: Put) -> None:
         self._source, self._put = source, put
@@ -181,12 +181,12 @@ class RigidListener:
         self._packets = self._dropped = 0
         self._second, self._in_second = 0, 0
         self._problem = ""
-        self._channels = self._opened()  # packets that come from now on are heard
+        self._channels = self._opened()  # packets are received from now on
         self._thread = threading.Thread(target=self._run, name="rigid bodies", daemon=True)
         self._thread.start()
 
     def status(self) -> RigidSourceStatus:
-        """Return what came so far."""
+        """Return the state so far."""
         one = self._source
         return RigidSourceStatus(
             True, one.address, one.server, self._packets, one.refused, self._dropped, self._problem
@@ -232,7 +232,7 @@ class RigidListener:
                     try:
                         data, address = key.fileobj.recvfrom(natnet.LONGEST)  # type: ignore[union-attr]
                     except (BlockingIOError, ConnectionError):
-                        continue  # a request was not wanted (Windows)
+                        continue  # a request was refused (Windows)
                     self._take(data, str(address[0]))
 
     def _take(self, data: bytes, sender: str) -> None:
@@ -249,6 +249,6 @@ class RigidListener:
             self._put(axes, found)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._stopping.set()
         self._thread.join(timeout=5.0)

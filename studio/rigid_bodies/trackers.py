@@ -1,6 +1,6 @@
-"""Trackers over OSC: those of VMC and of VRChat's trackers, both of which SlimeVR sends too.
+"""Trackers over OSC, in the formats of VMC and of VRChat; SlimeVR sends both.
 
-VMC: `/VMC/Ext/Tra/Pos`, `/VMC/Ext/Hmd/Pos`, `/VMC/Ext/Con/Pos` serial, place [m], rotation x y z w.
+VMC: `/VMC/Ext/Tra/Pos`, `/VMC/Ext/Hmd/Pos`, `/VMC/Ext/Con/Pos` serial, position [m], rotation x y z w.
 VRChat: `/tracking/trackers/<1 to 8 or head>/position` x y z [m], and `/rotation` x y z [degrees], about z, then x,
 then y. Both have Unity's axes. Sources: protocol.vmc.info, VRChat's "OSC Trackers", Open Sound Control 1.0.
 """
@@ -26,10 +26,10 @@ _Turn = tuple[float, float, float, float]
 
 
 class TrackerDecoder:
-    """Finds trackers in OSC packets. A tracker's rotation comes in a message of its own with VRChat: the last counts.
+    """Finds trackers in OSC packets. VRChat sends a tracker's rotation in its own message; the last one counts.
 
     Attributes:
-        refused: packets that were no OSC, or had no tracker that may be one.
+        refused: number of packets that were no OSC, or had no address of VMC or of a VRChat tracker.
     """
 
     def __init__(self) -> None:
@@ -38,7 +38,7 @@ class TrackerDecoder:
         self._names: set[str] = set()
 
     def feed(self, data: bytes) -> list[BodyReading]:
-        """Return the trackers of a packet; none where it has none."""
+        """Return the trackers of a packet, if any."""
         if not data or len(data) > LONGEST or len(data) % 4:
             self.refused += 1
             return []
@@ -89,13 +89,13 @@ def _vrchat_name(address: str, what: str) -> str:
 
 
 def _numbers(params: Sequence[object]) -> list[float]:
-    """Return arguments as numbers; none where one is no number."""
+    """Return arguments as numbers; none if any is no number."""
     numbers = [float(one) for one in params if isinstance(one, float)]
     return numbers if len(numbers) == len(params) and all(map(math.isfinite, numbers)) else []
 
 
 def unity_euler_xyzw(x_deg: float, y_deg: float, z_deg: float) -> _Turn:
-    """Return Unity's angles as a quaternion x, y, z, w: turned about z first, then about x, then about y."""
+    """Return Unity's angles as a quaternion x, y, z, w: rotated about z first, then about x, then about y."""
     about = [np.zeros(4) for _ in range(3)]
     for axis, angle_deg in enumerate((x_deg, y_deg, z_deg)):
         half = math.radians(angle_deg) / 2

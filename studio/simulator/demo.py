@@ -36,7 +36,7 @@ class DemoStage:
 
 
 APART = np.array([1.6, 0.0, 0.0])
-"""From one performer to the next, who stand side by side [m]."""
+"""Vector from one performer to the next, side by side [m]."""
 
 
 def make_stage(
@@ -48,7 +48,7 @@ def make_stage(
         seconds: duration.
         cameras: number of cameras.
         joint_set: of the cameras; device joints without a canonical one lie at the hips.
-        performers: who all move alike, side by side towards +x; nobody hides anybody.
+        performers: number; all move alike, side by side towards +x, without occlusion.
     """
     rng = np.random.default_rng(1)
     motion = demo_motion()
@@ -80,7 +80,7 @@ def make_stage(
 
 
 def _ring(cameras: int) -> tuple[RigCamera, ...]:
-    """Return cameras all round, at alternating heights."""
+    """Return a ring of cameras at alternating heights."""
     rig = []
     for k in range(cameras):
         angle = 2 * np.pi * k / cameras
@@ -90,7 +90,7 @@ def _ring(cameras: int) -> tuple[RigCamera, ...]:
 
 
 def _canonical_of(joint_set: str) -> NDArray[np.int64]:
-    """Return the canonical joint of each joint of a device, the hips for those without one."""
+    """Return the canonical joint of each device joint; the hips if there is none."""
     count = len(JOINT_SETS[joint_set])
     numbers = np.repeat(np.arange(count, dtype=float)[:, None], 3, axis=1)
     found = to_canonical(joint_set, numbers, np.ones(count))[0][:, 0]

@@ -7,7 +7,7 @@ from studio.engine.base.errors import FormatError
 from studio.simulator.clock import jitter_s
 
 _START_S = 0.2
-"""Time of the first frames, so that no clock is before its zero."""
+"""Earliest time of a frame, so that no camera clock is negative."""
 
 
 def instants(rng: np.random.Generator, end_s: float, frames_per_second: float) -> NDArray[np.float64]:

@@ -26,7 +26,7 @@ def stage_motion(
 ) -> tuple[CanonicalMotion, float | None]:
     """Return a motion on the stage at 120 Hz, after its calibration part, and that part's length [s].
 
-    The path of the hips is centred over the stage's origin; the feet at their lowest stand on the floor.
+    The path of the hips is centred over the stage's origin. At their lowest, the feet stand on the floor.
 
     Raises:
         FormatError: see `canonical_animation`; or fewer than two frames are left.
@@ -45,7 +45,7 @@ def stage_motion(
 
 
 def staged(source: CanonicalMotion, *, calibration: bool = True) -> tuple[CanonicalMotion, float | None]:
-    """Return a motion of joints on the stage; see `stage_motion`."""
+    """Return a joint motion placed on the stage; see `stage_motion`."""
     positions = source.positions_m
     hips = positions[:, INDEX["hips"], :2]
     floor = np.percentile(positions[:, _FEET, 2].min(axis=1), 2) - TOE_HEIGHT_M
@@ -61,7 +61,7 @@ def staged(source: CanonicalMotion, *, calibration: bool = True) -> tuple[Canoni
 
 
 def has_rest_frame(path: str | Path) -> bool:
-    """Whether the motion's first frame is a rest pose: that of a BVH."""
+    """Whether the motion's first frame is a rest pose, as in a BVH."""
     return Path(path).suffix.lower() == ".bvh"
 
 

@@ -81,7 +81,7 @@ def read_rig(path: str | Path) -> tuple[RigCamera, ...]:
     A camera has either `position_m` and, if not [0, 0, 1], `look_at_m`, or `T_stage_camera` (4x4).
 
     Raises:
-        FormatError: the file cannot be read, or a camera that is not as above.
+        FormatError: the file cannot be read, or a camera does not have this form.
     """
     try:
         value = json.loads(Path(path).read_text(encoding="utf-8"))

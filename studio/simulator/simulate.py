@@ -1,4 +1,4 @@
-"""`studio simulate`: a take of simulated cameras that watch a known motion, and the truth beside it."""
+"""`studio simulate`: a take of simulated cameras that watch a known motion, and its ground truth."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -28,7 +28,7 @@ from studio.take.raw.frames import RawWriter
 SENSORS: tuple[str, ...] = tuple(sensors.SENSORS)
 Progress = Callable[[float], None]
 Recorded = tuple[Callable[[Take], None], list[bytes]]
-"""Writes a take's frames, and the truth of each performer."""
+"""Writer of a take's frames, and the truth of each performer."""
 
 TRACKERS = ("noisy-joints", "depth", "rgb")
 _PROP_HAND = "right_hand"
@@ -53,34 +53,34 @@ def simulate_take(
 ) -> Path:
     """Record a motion with simulated cameras; return the path of the take.
 
-    A take of landmarks says in its notes how tall the performer is, for its calibration.
+    The notes of a take of landmarks give the performer's height, for its calibration.
 
-    The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz; with
-    `rgb` also the 21 places of each hand, `left_hand_0` (the wrist) and so on.
+    The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz. With
+    `rgb` it also has each hand's 21 landmarks, `left_hand_0` (the wrist) and so on.
 
     Args:
-        motion_path: an animation that `animation.read.files` reads; the first frame of a BVH, a rest pose, is
-            dropped; or `demo`, the embedded performer. Several for as many performers: the first walks for the
+        motion_path: an animation that `animation.read.files` reads, without the first frame of a BVH, which is a rest
+            pose; or `demo`, the embedded performer. Several paths: as many performers; the first walks for the
             calibration, and their true joints go to `<out>.truth.performer_1.csv` and so on.
         out: folder of the new take.
         cameras: 1 to 4 of the standard rigs; ignored with `rig`.
-        sensor: of `depth`. `noisy-joints` has the same noise (see `noisy_joints`) for every sensor, also `ideal`.
-        tracker: `noisy-joints`; `depth`: depth images, from which `solve` finds the joints; or `rgb`: it
-            holds landmarks in pictures of ordinary cameras, see `landmarks.tracker`.
+        sensor: of `depth`. `noisy-joints` has the same noise (see `noisy_joints`) for all, `ideal` included.
+        tracker: `noisy-joints`; `depth`: depth images, from which `solve` finds the joints; or `rgb`: landmarks in
+            pictures of ordinary cameras, see `landmarks.tracker`.
         seed: of all noise and clocks; the same seed gives the same frames.
         unit_m: metres per unit of the BVH; None = its rest pose is 1.75 m high.
         rig: JSON with the cameras instead of a standard rig; see `rig.read_rig`.
         calibration: begin with 3 s of T-pose and 30 s of walking.
-        performer: body for depth cameras, whose proportions the truth then has; see `body.performers`.
+        performer: body for depth cameras, which sets the proportions of the truth; see `body.performers`.
         furniture: depth cameras see a shelf, a table and a chair.
         meeting: how several performers move about one another, a key of `crowd.meeting.MEETINGS`.
-        prop: shape of a thing in the right hand before depth cameras, such as `cylinder:3,90` (cm); where it is goes
-            to `<out>.truth.prop.csv`.
+        prop: shape of a prop in the right hand for depth cameras, such as `cylinder:3,90` (cm); its true poses go to
+            `<out>.truth.prop.csv`.
         progress: called with the share done, 0..1.
 
     Raises:
         FormatError: a motion or rig that cannot be used.
-        TakeError: `out`, or the truth beside it, exists.
+        TakeError: `out` or its truth exists.
         SettingsError: an unknown sensor, tracker or performer, a negative seed, or a prop that nothing shows.
     """
     _check(sensor, tracker, seed)
@@ -153,7 +153,7 @@ def _several(
     meeting: str,
     progress: Progress | None,
 ) -> Path:
-    """Record several motions at once; see `simulate_take`."""
+    """Record several performers at once; see `simulate_take`."""
     if meeting not in MEETINGS:
         raise SettingsError(unknown("meeting", meeting, MEETINGS))
     folder, stem = out.resolve().parent, out.resolve().name
@@ -187,7 +187,7 @@ def _several(
 def _record_crowd(
     together: Meeting, rig: tuple[RigCamera, ...], *, seed: int, progress: Progress | None
 ) -> Recorded:
-    """Return what records the skeletons of several performers, and the truth of each."""
+    """Return a function that records several performers' skeletons, and the truth of each."""
     from studio.simulator.crowd.seen import see_crowd
 
     def write(take: Take) -> None:
@@ -322,7 +322,7 @@ def _write(
     joint_set: str,
     seed: int,
 ) -> None:
-    """Write the cameras' messages, (true time [s], camera, frame), in the order of time."""
+    """Write the cameras' messages, (true time [s], camera, frame), in time order."""
     messages.sort(key=lambda message: message[0])
     with RawWriter(take.raw_path) as raw:
         for camera in rig:

@@ -1,4 +1,4 @@
-"""Poses between the steps of the stage, for what is sent at a rate of its own."""
+"""Poses between the steps of the stage, for outputs with their own rate."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from studio.engine.model.frames import StepResult
 Array = NDArray[np.float64]
 
 MOST_S = 0.1
-"""Longest way from one step to the next; steps that are further apart are reached in this time."""
+"""Longest time to move from one step to the next, also for steps further apart."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class PoseAt:
     Attributes:
         positions_m: output joints, stage frame [m], shape (52, 3).
         rotations_wxyz: their world rotations, shape (52, 4).
-        root_height_m: as of `StepResult`.
+        root_height_m: as in `StepResult`.
         time_s: stage time [s].
     """
 
@@ -32,9 +32,9 @@ class PoseAt:
 
 
 class PosesBetween:
-    """Goes from where it is to the newest step, in the time that is between the last two.
+    """Moves from the current pose to the newest step, over the time between the last two steps.
 
-    So it comes later than the steps by the time between two, and moves evenly at any rate.
+    So poses lag behind the steps by this time, and move evenly at any rate.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class PosesBetween:
         self._begun_s = self._way_s = 0.0
 
     def add(self, step: StepResult, now_s: float) -> None:
-        """Take in a step that came at a time [s]."""
+        """Add a step that arrived at a time [s]."""
         goal = PoseAt(
             step.positions_m,
             step.rotations_wxyz,
@@ -57,7 +57,7 @@ class PosesBetween:
         self._goal, self._begun_s = goal, now_s
 
     def at(self, now_s: float) -> PoseAt:
-        """Return the pose for a time [s]; a step has been added before."""
+        """Return the pose for a time [s]; needs at least one added step."""
         start, goal = self._start, self._goal
         assert start is not None and goal is not None
         gone_s = now_s - self._begun_s

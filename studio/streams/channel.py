@@ -7,14 +7,14 @@ from studio.engine.base.sentences import say
 
 
 def cannot_send(host: str, error: OSError) -> str:
-    """Return what is said of a datagram that could not be sent."""
+    """Return the message about a datagram that could not be sent."""
     return say(
         "output.cannot_send", "cannot send to {host}: {error}", host=host, error=error.strerror or str(error)
     )
 
 
 class Channel:
-    """Sends datagrams to a host and port; the name is asked for when the first one is sent."""
+    """Sends datagrams to a host and port; the name is resolved when the first one is sent."""
 
     def __init__(self, host: str, port: int) -> None:
         self._host, self._port = host, port

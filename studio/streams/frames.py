@@ -31,8 +31,8 @@ def head_message() -> str:
 
 def frame_message(steps: Sequence[tuple[StepResult, Member]]) -> str:
     """Return the message of a frame of at least one performer: time [s], positions (52, 3), rotations (52, 4),
-    confidence (52). A performer among several has the key `performer`, further ones stand in `others`.
-    Where timecode comes in, `timecode` and `timecode_rate` are that of the frame.
+    confidence (52). A performer among several has the key `performer`; further ones are in `others`.
+    With incoming timecode, `timecode` and `timecode_rate` are those of the frame.
     """
     (first, _), *others = steps
     frame = {"type": "frame", "time_s": first.frame_set.stage_time_ns * 1e-9, **_pose(*steps[0])}

@@ -1,6 +1,6 @@
-"""Joint targets of a robot that follows a live performer: one message a period, also while nobody is to be followed.
+"""Joint targets of a robot that follows a live performer: one message per period, also without a performer.
 
-Every joint stays within its limits of angle and velocity, from one message to the next. While no step comes, or no
+Every joint stays within its limits of angle and velocity, from one message to the next. While no step arrives, or no
 camera sees the performer, the robot comes to rest and holds; afterwards, and at the beginning, it starts slowly.
 """
 
@@ -24,11 +24,11 @@ PORT = 14600
 RATES_HZ = (50.0, 100.0)
 
 WATCHDOG_S = 0.25
-"""A performer of whom nothing came for this long is lost."""
+"""Time without data after which a performer is lost."""
 
 RESUME_S = 1.5
 SLOW = 0.1
-"""Time in which a robot that begins to follow comes to full pace, and the share of its velocities at first."""
+"""Time in which a robot that begins to follow reaches full pace, and the initial share of its velocities."""
 
 WAIT, FOLLOW, HOLD = "wait", "follow", "hold"
 
@@ -37,7 +37,7 @@ class JointTargets:
     """The joint targets of one robot, period by period."""
 
     def __init__(self, robot: "Robot", rate_hz: float, cast: Cast, performer: str) -> None:
-        """`performer`: name of whom it follows; "" = the first."""
+        """`performer`: name of the performer to follow; "" = the first."""
         self._robot, self._rate_hz = robot, rate_hz
         self._cast, self._performer = cast, performer
         from studio.engine.robots.moving.stage_frames import StageFollower
@@ -65,7 +65,7 @@ class JointTargets:
         }
 
     def take(self, result: StepResult, now_s: float) -> None:
-        """Take in a step of the stage that came at a time [s]."""
+        """Add a step of the stage that arrived at a time [s]."""
         steps = steps_of(result, self._cast(), self._performer)
         if not steps:
             return
@@ -76,7 +76,7 @@ class JointTargets:
             self._seen_s = now_s
 
     def message(self, now_s: float) -> dict[str, Any]:
-        """Return the next message, for the time `now_s` [s]; one is asked for in each period."""
+        """Return the next message, for the time `now_s` [s]; to be called once per period."""
         state, q = self._next(now_s)
         joints = q[FREE:]
         speed, self._last = (joints - self._last) * self._rate_hz, joints

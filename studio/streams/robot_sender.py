@@ -1,4 +1,4 @@
-"""The thread that sends a robot's joint targets, at a rate of its own."""
+"""The thread that sends a robot's joint targets, at its own rate."""
 
 import logging
 import threading
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 HEAD_S = 1.0
-"""Interval of the message that describes the others, for receivers that came later."""
+"""Interval of the message that describes the others, for receivers that start later."""
 
 
 class JointThread:
-    """Gives a robot's joint targets to `send`, one message a period, until `close`."""
+    """Gives a robot's joint targets to `send`, one message per period, until `close`."""
 
     def __init__(
         self,
@@ -35,13 +35,13 @@ class JointThread:
         performer: str,
         send: Callable[[bytes], object],
     ) -> None:
-        """Args: `load`: the robot, in the thread; `send`: called there with each message."""
+        """Args: `load`: returns the robot, called in the thread; `send`: called there with each message."""
         self._load, self._rate_hz, self._cast, self._performer = load, rate_hz, cast, performer
         self._send = send
         self._closed = threading.Event()
         self._newest: StepResult | None = None
         self.late = 0
-        """Periods that went by without a message."""
+        """Number of periods without a message."""
         self.problem = ""
         self._thread = threading.Thread(target=self._run, name="joint targets", daemon=True)
         self._thread.start()
@@ -77,7 +77,7 @@ class JointThread:
                     head_s = now_s
                     self._send(encoded(targets.head()))
                 self._send(encoded(targets.message(now_s)))
-            except Exception as error:  # boundary of the thread: the target reports it, the stage goes on
+            except Exception as error:  # boundary of the thread: the target reports it, the stage continues
                 self.problem = f"the output failed: {error!r}"
                 _log.exception("joint targets failed")
 
@@ -116,7 +116,7 @@ class RobotSender:
     def _send(self, message: bytes) -> None:
         try:
             self._channel.send(message)
-        except OSError as error:  # later ones may arrive
+        except OSError as error:  # later messages may arrive
             self._problem = cannot_send(self.target.host, error)
         else:
             self._problem = ""

@@ -91,9 +91,9 @@ class RokokoActor:
     """One performer of a frame.
 
     Attributes:
-        name: of the actor.
+        name: name of the actor.
         pose: the frame.
-        height_m: of the performer; hip_height_m: of the hips above the floor in the T-pose.
+        height_m: height of the performer; hip_height_m: height of the hips above the floor in the T-pose.
     """
 
     name: str
@@ -102,7 +102,7 @@ class RokokoActor:
     hip_height_m: float
 
     def to_json(self, place: int) -> dict[str, Any]:
-        """Return the actor as the format has it; `place` among the actors gives the colour."""
+        """Return the actor in the format; `place` is its index among the actors, which gives the colour."""
         pose = self.pose
         rotations = multiply(pose.rotations_wxyz, _REST)
         offsets = pose.local_positions_m[_ENDS] * _TIP_SHARE
@@ -129,14 +129,14 @@ class RokokoEncoder:
     """Makes the datagram of a frame.
 
     Args:
-        fps: told to the receiver [Hz].
+        fps: frame rate stated to the receiver [Hz].
     """
 
     def __init__(self, fps: float) -> None:
         self._fps = fps
 
     def encode(self, actors: Sequence[RokokoActor], timecode: Timecode | None = None) -> list[bytes]:
-        """Return the datagram of a frame of at least one actor; `timecode` in fields that plugins pass over."""
+        """Return the datagram of a frame of at least one actor; `timecode` is in fields that plugins ignore."""
         scene: dict[str, Any] = {
             "timestamp": actors[0].pose.time_s,
             "actors": [actor.to_json(place) for place, actor in enumerate(actors)],

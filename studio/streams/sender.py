@@ -19,7 +19,7 @@ from studio.streams.vmc import VmcEncoder
 _log = logging.getLogger(__name__)
 
 MAX_WAITING = 30
-"""Most frames that wait for a slow network; older ones are dropped and counted."""
+"""Maximum number of frames that wait for a slow network; older ones are dropped and counted."""
 
 ADULT_M = (1.75, 0.93)
 """Height and hip height that are sent before a performer is known."""
@@ -91,7 +91,7 @@ class Sender:
                     self.bytes += len(datagram)
             except OSError as error:  # an unknown name, no route, a refused port: later frames may arrive
                 self.problem = cannot_send(self.target.host, error)
-            except Exception as error:  # boundary of the thread: the target reports it, the stage goes on
+            except Exception as error:  # boundary of the thread: the target reports it, the stage continues
                 self.problem = f"the output failed: {error!r}"
                 _log.exception("output %s failed", self.target.id)
             else:
@@ -111,7 +111,7 @@ class Sender:
 
 
 def _encoder(target: Target) -> Callable[[list[tuple[StepResult, Member]]], list[bytes]]:
-    """Return what makes the datagrams of a frame's performers, at least one; VMC has room for the first."""
+    """Return the encoder of a frame's performers (at least one) to datagrams; VMC sends only the first."""
     scale = target.scale
 
     def pose_of(one: StepResult) -> UnityPose:

@@ -16,7 +16,7 @@ from studio.take.folder.names import check_name
 FILE = "outputs.json"
 ROBOT = "robot"
 KINDS: dict[str, int] = {"vmc": vmc.PORT, "rokoko": rokoko.PORT, ROBOT: joint_targets.PORT}
-"""The formats, and the usual ports of their receivers."""
+"""The formats, and the default ports of their receivers."""
 
 RATES_HZ = (1.0, 120.0)
 SCALES = (0.01, 100.0)
@@ -31,12 +31,12 @@ class Target(Struct, frozen=True):
         id: name of the target in the API.
         kind: a key of `KINDS`.
         host: name or address of the receiving machine; port: its UDP port.
-        rate_hz: largest frame rate; of joint targets the rate itself.
+        rate_hz: maximum frame rate; for joint targets the rate itself.
         scale: factor of positions, for a character of another size.
         actor: name of the character, if the format has one.
         performer: name of the performer whose motion is sent; "" = of all where the format has room for several, else
             of the first.
-        robot: name of the kept robot whose joint targets are sent, of the kind `robot`.
+        robot: name of the kept robot whose joint targets are sent, for the kind `robot`.
         enabled: whether it receives frames.
     """
 
@@ -79,7 +79,7 @@ class Target(Struct, frozen=True):
                 kind=self.kind,
             )
         if self.robot:
-            robot_table(Path(FOLDER), self.robot)  # tells a name that is not allowed
+            robot_table(Path(FOLDER), self.robot)  # raises for a name that is not allowed
         if self.performer:
             check_name("performer", self.performer)
         if not 1 <= len(self.actor) <= 60:
@@ -127,7 +127,7 @@ def load_targets(sessions: Path) -> list[Target]:
 
 
 def _with_allowed_rate(item: dict[str, Any]) -> dict[str, Any]:
-    """Joint targets that an earlier version stored may have a rate that is not allowed any more."""
+    """Limit the rate of joint targets, since earlier versions stored rates that are no longer allowed."""
     rate_hz = item.get("rate_hz")
     if item.get("kind") != ROBOT or not isinstance(rate_hz, int | float):
         return item

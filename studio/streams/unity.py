@@ -66,7 +66,7 @@ def unity_pose(
     """Return a frame of poses in Unity's axes.
 
     Args:
-        time_s: of the frame [s].
+        time_s: time of the frame [s].
         positions_m: stage frame, shape (52, 3).
         rotations_wxyz: world rotations in the stage frame, shape (52, 4).
         scale: positions are multiplied by this.

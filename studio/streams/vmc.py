@@ -14,7 +14,7 @@ from studio.streams.unity import UNITY_BONES, UnityPose
 PORT = 39539
 TIMECODE = "/studio/timecode"
 MAX_DATAGRAM = 1400
-"""Bytes; Ethernet splits a larger datagram, which is lost if one part is."""
+"""Maximum size in bytes; Ethernet splits a larger datagram, which is lost if one part is."""
 
 _BUNDLE = b"#bundle\0" + (1).to_bytes(8, "big")  # to be applied at once
 _POSE_FLOATS = 7
@@ -57,8 +57,7 @@ class VmcEncoder:
     def encode(self, pose: UnityPose, timecode: Timecode | None = None) -> list[bytes]:
         """Return the datagrams of a frame; the last one ends with its time [s].
 
-        `timecode` goes first, in a datagram of its own: `/studio/timecode` text, rate. Receivers pass over addresses
-        that they do not know.
+        `timecode` goes first, in its own datagram: `/studio/timecode` text, rate. Receivers ignore unknown addresses.
         """
         values = np.concatenate([pose.local_positions_m, pose.local_rotations_wxyz[:, [1, 2, 3, 0]]], axis=1)
         words = values.astype(">f4").view(">u4")

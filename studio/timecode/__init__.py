@@ -1,5 +1,5 @@
-"""Timecode that comes in while the stage runs: LTC as sound, MIDI, Art-Net, the system clock.
+"""Incoming timecode while the stage runs: LTC as sound, MIDI, Art-Net, the system clock.
 
-`sources` has what can be listened to, `sound` reads LTC from files and devices, and `incoming` listens to the chosen
-one and says what timecode it is now. Numbers and decoders are in `studio/engine/timecode`.
+`sources` has the possible sources, `sound` reads LTC from files and devices, and `incoming` listens to the chosen
+source and returns the current timecode. Numbers and decoders are in `studio/engine/timecode`.
 """

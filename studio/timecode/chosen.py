@@ -1,4 +1,4 @@
-"""The chosen source of timecode: `sessions/timecode.json`, so that it is listened to again after a restart."""
+"""The chosen source of timecode: `sessions/timecode.json`, so that it survives a restart."""
 
 import logging
 from pathlib import Path
@@ -13,7 +13,7 @@ _log = logging.getLogger(__name__)
 
 
 def choose_stored(sessions: Path, incoming: IncomingTimecode) -> None:
-    """Listen to what was chosen last; a file that cannot be read counts as none."""
+    """Listen to the source chosen last; an unreadable file counts as none."""
     try:
         load_choices(
             sessions / FILE,

@@ -1,4 +1,4 @@
-"""The timecode that comes in: listens to one source on a thread, and says what timecode it is at a time."""
+"""Incoming timecode: listens to one source on a thread, and returns the timecode at a time."""
 
 import logging
 import threading
@@ -16,7 +16,7 @@ from studio.timecode.sources import TimecodeSource, open_source
 
 OFF = "off"
 _RECENT, _SLOW = 150, 600
-"""Readings kept: all of the last seconds, and one a second for the drift."""
+"""Numbers of readings kept: all recent ones, and one per second for the drift."""
 
 _FRESH_NS, _SECOND_NS = 200_000_000, 1_000_000_000
 _HEARD_NS = 1_000_000_000
@@ -25,14 +25,14 @@ _log = logging.getLogger(__name__)
 
 
 class TimecodeStatus(Struct, frozen=True):
-    """The timecode that comes in.
+    """State of the incoming timecode.
 
     Attributes:
-        source: as it was chosen, `off` = none; rate: its name.
-        state: `off`, `waiting` (nothing came yet), `running`, or `bridged` (it was lost; the clock goes on).
-        timecode: now, "" = not known; drop-frame has `;` before the frames.
+        source: the chosen source, `off` = none; rate: name of the rate.
+        state: `off`, `waiting` (nothing arrived yet), `running`, or `bridged` (lost; the clock continues it).
+        timecode: current timecode, "" = unknown; drop-frame has `;` before the frames.
         drift_ppm: how much faster than the server's clock it runs; None = not known yet.
-        problem: why it cannot be heard, "" = nothing is wrong.
+        problem: why it cannot be received, "" = no problem.
     """
 
     source: str = OFF
@@ -44,7 +44,7 @@ class TimecodeStatus(Struct, frozen=True):
 
 
 class IncomingTimecode:
-    """Listens to the chosen source; safe from any thread.
+    """Listens to the chosen source; thread-safe.
 
     Args:
         clock_ns: the server's clock [ns].
@@ -78,7 +78,7 @@ class IncomingTimecode:
         """Listen to this source at this rate from now on; `off` listens to nothing.
 
         Raises:
-            SettingsError: a source or a rate that there is not; the one before is still listened to.
+            SettingsError: an unknown source or rate; the previous source stays in use.
         """
         of_rate = rate_named(rate)
         opened = None if source == OFF else open_source(source, of_rate)
@@ -97,7 +97,7 @@ class IncomingTimecode:
                     self._thread.start()
 
     def close(self) -> None:
-        """Listen to nothing any more; a device that does not answer is not waited for."""
+        """Stop listening; a device that does not answer is waited for at most 1 s."""
         self._stopping.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(timeout=1.0)
@@ -132,7 +132,7 @@ class IncomingTimecode:
                 self._slow.append((time_ns, frame))
 
     def at(self, time_ns: int) -> Timecode | None:
-        """Return the timecode at a time on the server's clock [ns], about now; None where none has come."""
+        """Return the timecode at a time on the server's clock [ns], near now; None if none has arrived."""
         with self._lock:
             path = self._path()
         if path is None or not path.runs:
@@ -140,7 +140,7 @@ class IncomingTimecode:
         return path.timecodes_at(np.array([time_ns * 1e-9]))[0]
 
     def _why_not(self, source: TimecodeSource) -> str:
-        """Return why what a source hears is no timecode, "" = it hears nothing."""
+        """Return why the input of a source is no timecode, "" = there is no input."""
         if source.backwards:
             return say("timecode.backwards", "the timecode runs backwards; it counts once it runs forwards")
         if not source.refused:
@@ -159,7 +159,7 @@ class IncomingTimecode:
         return self._course
 
     def status(self) -> TimecodeStatus:
-        """Return what comes in now."""
+        """Return the current state."""
         now_ns = self._clock_ns()
         now = self.at(now_ns)
         with self._lock:

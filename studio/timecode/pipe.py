@@ -1,4 +1,4 @@
-"""Bytes of a named pipe or a device's file, read until somebody says stop."""
+"""Bytes of a named pipe or a device's file, read until stopped."""
 
 import os
 import selectors
@@ -8,13 +8,13 @@ WAIT_S = 0.2
 
 
 class Pipe:
-    """A named pipe, or a device's file, as a file. A read ends when `stopping` is set: who does not listen takes
-    nobody's data.
+    """A named pipe, or a device's file, as a file. A read ends when `stopping` is set, so that a stopped reader takes
+    no data from others.
 
     Args:
-        path: of the pipe; nobody needs to write to it yet.
+        path: path of the pipe; it needs no writer yet.
         stopping: ends a read that waits.
-        ends: it ends when who wrote to it has closed it; else it waits for the next one.
+        ends: True = it ends when its writer closes it, False = it waits for the next writer.
 
     Raises:
         OSError: it cannot be opened.
@@ -47,5 +47,5 @@ class Pipe:
             if data or (self._begun and self._ends):
                 self._begun = True
                 return data
-            self._stopping.wait(WAIT_S)  # nobody writes to it
+            self._stopping.wait(WAIT_S)  # it has no writer
         return b""

@@ -1,6 +1,6 @@
 """LTC in sound: a file, a pipe or an audio device, read with PyAV.
 
-LTC may be on any channel of a recorder; of a file, the channel on which most timecode was found counts.
+LTC may be on any channel of a recorder; in a file, the channel with the most timecode counts.
 """
 
 import threading
@@ -25,7 +25,7 @@ _WINDOW_NS = 5_000_000_000
 
 
 def samples_of(container: "InputContainer") -> Iterator[tuple[float, NDArray[np.float32]]]:
-    """Yield the sound piece by piece: samples a second [Hz], and samples, shape (channel_count, sample_count)."""
+    """Yield the sound piece by piece: sample rate [Hz], and samples, shape (channel_count, sample_count)."""
     from av.audio.resampler import AudioResampler
 
     resampler = None
@@ -73,12 +73,12 @@ def ltc_of_file(path: Path, rate: TimecodeRate) -> TimecodeCourse:
 
 
 class LtcSource:
-    """LTC from a device or a pipe, as it comes.
+    """Live LTC from a device or a pipe.
 
     Args:
         what: a file, pipe or address that FFmpeg opens, or `<format>:<device>` such as `alsa:default`,
             `avfoundation::0`, `dshow:audio=Line In`.
-        rate: of the timecode.
+        rate: rate of the timecode.
     """
 
     name = "ltc"
@@ -111,7 +111,7 @@ class LtcSource:
 
 
 class _Offsets:
-    """Time of the first sample on a clock, from when pieces arrived: those that waited least tell it."""
+    """Time of the first sample on a clock, from the arrival times of pieces: the least delayed ones give it."""
 
     def __init__(self) -> None:
         self._before: float | None = None
@@ -119,7 +119,7 @@ class _Offsets:
         self._since_ns = 0.0
 
     def update(self, arrived_ns: int, sound_ns: float) -> float:
-        """Return when the first sample was heard [ns]; a piece came now and ends this far into the sound."""
+        """Return the time of the first sample [ns], given a piece's arrival and its end since the first sample."""
         offset = arrived_ns - sound_ns
         if arrived_ns - self._since_ns > _WINDOW_NS:
             self._before, self._now, self._since_ns = self._now, None, arrived_ns
@@ -135,7 +135,7 @@ def _device(what: str) -> tuple[str | None, str]:
 
 
 def _opened(what: "str | Pipe", kind: str | None = None, *, live: bool = False) -> "InputContainer":
-    """Return an opened container; `live`: begin at once, without looking far into it.
+    """Return an opened container; `live`: begin at once, with little probing.
 
     Raises:
         OSError, ValueError: it cannot be opened.

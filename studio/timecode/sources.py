@@ -1,4 +1,4 @@
-"""What timecode can be listened to: `clock`, `ltc:<device or file>`, `mtc:<MIDI device>`, `artnet[:<address>]`."""
+"""Sources of timecode: `clock`, `ltc:<device or file>`, `mtc:<MIDI device>`, `artnet[:<address>]`."""
 
 import socket
 import threading
@@ -23,7 +23,7 @@ _MOST_BYTES = 2048
 
 
 class TimecodeSource(Protocol):
-    """Something that tells timecode.
+    """A source of timecode.
 
     Attributes:
         name: as in a take's file.
@@ -33,12 +33,12 @@ class TimecodeSource(Protocol):
 
     @property
     def refused(self) -> int:
-        """Timecodes heard that were not of the rate."""
+        """Number of received timecodes of another rate."""
         ...
 
     @property
     def backwards(self) -> bool:
-        """Whether it runs backwards, where that can be told."""
+        """Whether it runs backwards, where that can be detected."""
         ...
 
     def run(self, clock: Clock, put: Put, stopping: threading.Event) -> None:
@@ -51,7 +51,7 @@ class TimecodeSource(Protocol):
 
 
 class ClockSource:
-    """The system's time of the day, read when it starts, then counted on at the rate."""
+    """The system's time of day, read at the start and then counted at the rate."""
 
     name, backwards = "clock", False
 
@@ -60,7 +60,7 @@ class ClockSource:
         self.refused = 0
 
     def run(self, clock: Clock, put: Put, stopping: threading.Event) -> None:
-        """Tell a frame ten times a second."""
+        """Report a frame ten times a second."""
         now, begins_ns = datetime.now().astimezone(), clock()
         seconds = (now.hour * 60 + now.minute) * 60 + now.second + now.microsecond * 1e-6
         first = at_seconds(seconds, self._rate).frame
@@ -91,7 +91,7 @@ class MidiTimecode:
 
 
 def read_midi(path: str, stopping: threading.Event, take: Callable[[bytes], object]) -> None:
-    """Give the bytes of a MIDI device's file to `take` as they come, until `stopping` is set.
+    """Give the bytes of a MIDI device's file to `take` as they arrive, until `stopping` is set.
 
     Raises:
         OSError: it cannot be opened, or was unplugged.
@@ -130,10 +130,10 @@ class ArtNetTimecode:
 
 
 def open_source(text: str, rate: TimecodeRate) -> TimecodeSource:
-    """Return the source of a text.
+    """Return the source that a text names.
 
     Raises:
-        SettingsError: there is none of that kind.
+        SettingsError: there is no such source.
     """
     kind, _, what = text.partition(":")
     if kind == "clock" and not what:

@@ -1,8 +1,8 @@
-"""`CaptureStart` and `CaptureStop`: XML in one UDP packet, as Vicon, OptiTrack, Rokoko and others send and take it.
+"""`CaptureStart` and `CaptureStop`: XML in one UDP packet, as Vicon, OptiTrack, Rokoko and others send and accept it.
 
 Source: Vicon, "UDP capture broadcast/trigger" (Tracker 3.10, Shogun 1.3): Name, Notes, Description, DatabasePath,
-Delay [ms], PacketID, which tells doubled packets; a stop has RESULT; contents end with a zero byte. OptiTrack's form
-has SessionName and TimeCode too. DatabasePath is not used: takes lie in the studio's own folder. `Token` is the
+Delay [ms], PacketID, which identifies duplicates; a stop has RESULT; contents end with a zero byte. OptiTrack's form
+has SessionName and TimeCode too. DatabasePath is not used: takes are in the studio's own folder. `Token` is the
 studio's own.
 """
 
@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 from studio.triggers.command import TriggerCommand
 
 PORT = 1512
-"""As OptiTrack's; Vicon's is 30, which only programs with rights of the system may listen to."""
+"""OptiTrack's port; Vicon's is 30, at which only privileged programs may listen."""
 
 LONGEST = 8192
 _GOOD = ("SUCCESS", "")
@@ -21,8 +21,8 @@ _LONGEST_TEXT = 1000
 
 
 def parse_capture(data: bytes) -> TriggerCommand | None:
-    """Return what a packet asks for; None where it is neither a start nor a stop."""
-    if len(data) > LONGEST or b"<!" in data:  # nothing declares entities here
+    """Return the request in a packet; None if it is neither a start nor a stop."""
+    if len(data) > LONGEST or b"<!" in data:  # declarations of entities are refused
         return None
     try:
         root = ElementTree.fromstring(data.rstrip(b"\0 \r\n\t").decode("utf-8"))
@@ -39,7 +39,7 @@ def parse_capture(data: bytes) -> TriggerCommand | None:
         session=said.get("SessionName", ""),
         notes=notes,
         timecode=said.get("TimeCode", ""),
-        packet=said.get("PacketID", "").lstrip("0"),  # senders that do not count say 0
+        packet=said.get("PacketID", "").lstrip("0"),  # senders that do not count send 0
         success=root.get("RESULT", "").upper() in _GOOD,
         token=said.get("Token", ""),
     )
@@ -48,7 +48,7 @@ def parse_capture(data: bytes) -> TriggerCommand | None:
 def capture_packet(
     kind: str, *, name: str, session: str, timecode: str, packet: int, notes: str = "", token: str = ""
 ) -> bytes:
-    """Return the packet of a start or a stop that the studio tells, closed by a zero byte."""
+    """Return the packet of a start or a stop that the studio sends, with a zero byte at the end."""
     start = kind == "start"
     rows = [("Name", name)]
     if start:

@@ -1,4 +1,4 @@
-"""What a trigger asks for."""
+"""The request of a trigger."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -6,16 +6,16 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class TriggerCommand:
-    """A request to start or stop a recording, or to tell its state.
+    """A request to start or stop a recording, or to report its state.
 
     Attributes:
-        kind: what is asked for.
-        name, session: of the take; "" = not said.
-        notes: for the slate.
-        timecode: as the sender has it, "" = not said.
-        packet: names the request among those of its sender, "" = not said; a second one of that name does nothing.
-        success: of a stop: whether its sender calls the take good.
-        token: as said, "" = none.
+        kind: kind of request.
+        name, session: names of the take and its session; "" = not given.
+        notes: notes for the slate.
+        timecode: the sender's timecode, "" = not given.
+        packet: identifies the request among those of its sender, "" = not given; a second one with it does nothing.
+        success: for a stop, whether its sender calls the take good.
+        token: the given token, "" = none.
     """
 
     kind: Literal["start", "stop", "toggle", "state"]

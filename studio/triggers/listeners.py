@@ -1,4 +1,4 @@
-"""Threads that hear triggers: UDP sockets, and a MIDI device's file."""
+"""Threads that receive triggers: UDP sockets, and a MIDI device's file."""
 
 import logging
 import socket
@@ -18,17 +18,17 @@ _RETRY_S = 1.0
 _log = logging.getLogger(__name__)
 
 Hear = Callable[[bytes, str], tuple[str, str, bytes]]
-"""Takes a packet and its sender; returns what was heard, why it did nothing, and the answer."""
+"""Takes a packet and its sender; returns its content in words, why it did nothing, and the answer."""
 
 
 class TriggerStatus(Struct, frozen=True):
-    """A trigger: whether it is on, where it listens or what it tells, and what came or went.
+    """State of a trigger: whether it is on, where it listens or sends to, and its packets.
 
     Attributes:
-        heard, refused: requests that did something, and packets that did nothing.
-        last: the last packet in words, with its sender, "" = none; last_s: how long ago [s].
-        answer: why the last packet did nothing, "" = it did.
-        problem: why it cannot listen or tell, "" = nothing is wrong.
+        heard, refused: number of requests that did something, and of packets that did nothing.
+        last: the last packet in words, with its sender, "" = none; last_s: its age [s].
+        answer: why the last packet did nothing, "" = it had an effect.
+        problem: why it cannot listen or send, "" = no problem.
     """
 
     on: bool = False
@@ -42,7 +42,7 @@ class TriggerStatus(Struct, frozen=True):
 
 
 class Heard:
-    """Counts what a trigger heard."""
+    """Counts the packets of a trigger."""
 
     def __init__(self, address: str) -> None:
         self.address, self.problem = address, ""
@@ -50,13 +50,13 @@ class Heard:
         self._last, self._answer, self._at_s = "", "", 0.0
 
     def add(self, what: str, why: str) -> None:
-        """Add a packet, and why it did nothing."""
+        """Add a packet, and why it did nothing ("" = it had an effect)."""
         self._heard += not why
         self._refused += bool(why)
         self._last, self._answer, self._at_s = what, why, time.monotonic()
 
     def status(self) -> TriggerStatus:
-        """Return what was heard so far."""
+        """Return the state so far."""
         ago = round(time.monotonic() - self._at_s, 1) if self._last else None
         return TriggerStatus(
             True, self.address, self._heard, self._refused, self._last, ago, self._answer, self.problem
@@ -64,19 +64,19 @@ class Heard:
 
 
 class UdpListener:
-    """Hears packets at an address of this machine, on a thread of its own, until `close`."""
+    """Receives packets at an address of this machine, on its own thread, until `close`."""
 
     def __init__(self, host: str, port: int, hear: Hear) -> None:
         self._address = host, port
         self._hear = hear
         self.heard = Heard(f"{host}:{port}")
         self._stopping = threading.Event()
-        channel = self._bound()  # packets that come from now on are heard
+        channel = self._bound()  # packets are received from now on
         self._thread = threading.Thread(target=self._run, args=(channel,), name="trigger", daemon=True)
         self._thread.start()
 
     def _bound(self) -> socket.socket | None:
-        """Return a socket at the address; None where there is none to be had, with the reason as the problem."""
+        """Return a socket at the address; None if it cannot be opened, with the reason as the problem."""
         channel = None
         try:
             channel = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -112,7 +112,7 @@ class UdpListener:
             except TimeoutError:
                 continue
             except ConnectionError:
-                continue  # an answer was not wanted (Windows)
+                continue  # an answer was refused (Windows)
             try:
                 what, why, answer = self._hear(data, host)
                 self.heard.add(f"{what} ({host})", why)
@@ -127,14 +127,14 @@ class UdpListener:
                 )
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._stopping.set()
         if self._thread is not threading.current_thread():
             self._thread.join(timeout=5.0)
 
 
 class MidiListener:
-    """Hears the bytes of a MIDI device, on a thread of its own, until `close`."""
+    """Receives the bytes of a MIDI device, on its own thread, until `close`."""
 
     def __init__(self, device: str, hear: Callable[[bytes], list[str]]) -> None:
         self._device = device
@@ -158,6 +158,6 @@ class MidiListener:
             self.heard.add("note", why)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._stopping.set()
         self._thread.join(timeout=5.0)

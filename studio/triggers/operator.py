@@ -1,7 +1,7 @@
-"""What a trigger does: starts or stops the recording, once for each request, and never another program's take.
+"""Effect of a trigger: starts or stops the recording, once for each request, and never another program's take.
 
-A doubled packet has the `packet` of one before and does nothing. A start of the take that is being recorded does
-nothing, and so does a stop of another one. A start that comes after its own stop is late and does nothing.
+A duplicate packet has the `packet` of an earlier one and does nothing. A start of the take that is being recorded
+does nothing, and so does a stop of another one. A start that arrives after its own stop is late and does nothing.
 """
 
 import hmac
@@ -18,20 +18,20 @@ from studio.triggers.command import TriggerCommand
 
 _MOST_PACKETS = 256
 DOUBLED_S = 1.0
-"""Two requests of one sender with the same words and no packet's number, this close, are one that was doubled."""
+"""Time within which equal named requests of one sender without a packet number are duplicates."""
 
 LATE_S = 2.0
 
 
 class Recorded(Protocol):
-    """What a trigger operates: the live stage."""
+    """The live stage, as a trigger operates it."""
 
     def recording_name(self) -> str | None:
         """Return `<session>/<take>` of the recording under way, or None."""
         ...
 
     def start_trigger(self, session: str | None, take: str | None, notes: str) -> str:
-        """Start a take and return its name; with a name that is taken, the next free one with a number behind it."""
+        """Start a take and return its name; a name that is taken gets the next free number appended."""
         ...
 
     def stop_trigger(self) -> str:
@@ -40,11 +40,11 @@ class Recorded(Protocol):
 
 
 class TriggerOperator:
-    """Performs the commands of all triggers, one after the other; safe from any thread.
+    """Performs the commands of all triggers, one after the other; thread-safe.
 
     Args:
-        stage: what is operated.
-        token: that every command must have; "" = none is asked for.
+        stage: the live stage.
+        token: token that every command must have; "" = none is required.
         now_s: a monotonic clock [s].
     """
 
@@ -58,11 +58,11 @@ class TriggerOperator:
         self._wanted = ""
 
     def perform(self, command: TriggerCommand, sender: str, *, has_token: bool = True) -> str:
-        """Do what is asked; return why nothing was done, "" where it was.
+        """Perform a command; return why nothing was done, "" if it was performed.
 
         Args:
-            command: what is asked for.
-            sender: where it came from: numbers of packets are its own.
+            command: the command.
+            sender: its source; packet numbers belong to a sender.
             has_token: whether its protocol has room for a token; a MIDI note has none.
         """
         if self.token and has_token and not hmac.compare_digest(command.token.encode(), self.token.encode()):
@@ -89,7 +89,7 @@ class TriggerOperator:
         return bool(command.packet) or (bool(command.name) and self._now_s() - before < DOUBLED_S)
 
     def _remember(self, command: TriggerCommand, sender: str) -> None:
-        """Remember what was done, so that it is not done twice."""
+        """Remember a performed command, so that it is not performed twice."""
         key = _key(command, sender)
         self._packets[key] = self._now_s()
         self._packets.move_to_end(key)

@@ -1,7 +1,7 @@
 """OSC over UDP: `/record/start [name [session]]`, `/record/stop`, `/record/state`, all answered by `/record/state`.
 
-The answer has `recording` or `idle`, the take as session/name, the timecode now, and why the request did nothing
-(else empty). With a token set, it is the last argument of every request. Source: Open Sound Control 1.0.
+The answer has `recording` or `idle`, the take as session/name, the current timecode, and why the request did nothing
+(else empty). If a token is set, it is the last argument of every request. Source: Open Sound Control 1.0.
 """
 
 from pythonosc.osc_message_builder import OscMessageBuilder
@@ -18,7 +18,7 @@ ANSWER = "/record/state"
 
 
 def parse_osc(data: bytes, *, with_token: bool) -> list[TriggerCommand] | None:
-    """Return what a packet asks for, in order; None where it is no OSC or has none of the addresses.
+    """Return the requests in a packet, in order; None if it is no OSC or has none of the addresses.
 
     Args:
         data: a message or a bundle.
@@ -47,7 +47,7 @@ def _command(message: OscMessage, with_token: bool) -> TriggerCommand | None:
 
 
 def _words(argument: str | float | None) -> str:
-    """Return an argument as text; a number without needless digits."""
+    """Return an argument as text; a number without superfluous digits."""
     if argument is None:
         return ""
     return argument if isinstance(argument, str) else f"{argument:.15g}"

@@ -1,4 +1,4 @@
-"""Which triggers are on: `sessions/triggers.json`, so that they are on again after a restart."""
+"""Settings of triggers: `sessions/triggers.json`, so that they survive a restart."""
 
 from pathlib import Path
 from typing import Any
@@ -28,9 +28,9 @@ class TriggerSettings(Struct, frozen=True, forbid_unknown_fields=True):
         host: address of this machine at which `xml` and `osc` listen; loopback keeps other machines out.
         xml_port, osc_port: UDP ports.
         midi_device: file of a MIDI device that gives bytes; midi_note: its note, 0 to 127.
-        xml_targets: `<host>:<port>` of those who are sent `CaptureStart` and `CaptureStop`.
-        webhook_urls: addresses that are posted to.
-        token: that requests must have, and that is sent along; "" = none.
+        xml_targets: `<host>:<port>` of the receivers of `CaptureStart` and `CaptureStop`.
+        webhook_urls: addresses that receive posts.
+        token: token that requests must have, and that is sent along; "" = none.
     """
 
     xml: bool = False
@@ -48,7 +48,7 @@ class TriggerSettings(Struct, frozen=True, forbid_unknown_fields=True):
     token: str = ""
 
     def check(self) -> None:
-        """Raise what is wrong.
+        """Check the values.
 
         Raises:
             SettingsError: a value that is not allowed, or a trigger that is on without what it needs.

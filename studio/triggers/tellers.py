@@ -1,4 +1,4 @@
-"""Who is told when a recording starts and stops, and when a take is solved: XML over UDP, and HTTP webhooks."""
+"""Notifications of recordings that start and stop, and of solved takes: XML over UDP, and HTTP webhooks."""
 
 import json
 import logging
@@ -21,14 +21,14 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class TriggerNews:
-    """What is told.
+    """An event to report.
 
     Attributes:
         event: `start`, `stop` or `solved`.
-        session, take: of the take.
-        timecode: then, "" = there was none.
-        solve: of `solved`, the solve's name.
-        seconds: of `stop`, the take's length [s].
+        session, take: names of the session and the take.
+        timecode: timecode of the event, "" = none.
+        solve: for `solved`, the solve's name.
+        seconds: for `stop`, the take's length [s].
     """
 
     event: str
@@ -40,7 +40,7 @@ class TriggerNews:
 
 
 class XmlTeller:
-    """Sends `CaptureStart` and `CaptureStop` to addresses; packets are numbered on from the time of day."""
+    """Sends `CaptureStart` and `CaptureStop` to addresses; packet numbers begin at a value from the clock."""
 
     def __init__(self, targets: tuple[tuple[str, int], ...], token: str) -> None:
         self._targets = targets
@@ -49,7 +49,7 @@ class XmlTeller:
         self.heard = Heard(", ".join(f"{host}:{port}" for host, port in targets))
 
     def tell(self, news: TriggerNews) -> None:
-        """Send the packet of a start or a stop; the network is not waited for."""
+        """Send the packet of a start or a stop, without waiting for the network."""
         if news.event == "solved":
             return
         self._packet += 1
@@ -77,12 +77,12 @@ class XmlTeller:
         )
 
     def status(self) -> TriggerStatus:
-        """Return what was told so far."""
+        """Return the state so far."""
         return self.heard.status()
 
 
 class WebhookTeller:
-    """Posts JSON to addresses, from a thread of its own, in order; one that does not answer is tried again."""
+    """Posts JSON to addresses in order, from its own thread; a failed post is retried."""
 
     def __init__(self, urls: tuple[str, ...], token: str) -> None:
         self._urls = urls
@@ -94,7 +94,7 @@ class WebhookTeller:
         self._thread.start()
 
     def tell(self, news: TriggerNews) -> None:
-        """Post the news as soon as those before are through; too many waiting are dropped and said."""
+        """Queue the news for posting; if too many wait, they are dropped, which is reported."""
         try:
             self._queue.put_nowait(news)
         except queue.Full:
@@ -127,11 +127,11 @@ class WebhookTeller:
         self.heard.add(what, self.heard.problem)
 
     def status(self) -> TriggerStatus:
-        """Return what was told so far."""
+        """Return the state so far."""
         return self.heard.status()
 
     def close(self) -> None:
-        """Tell nothing more; what is being posted is not waited for longer than a try takes."""
+        """Stop posting; a post under way is waited for at most 1 s."""
         self._stopping.set()
         while True:
             try:

@@ -1,4 +1,4 @@
-"""All triggers of a studio: those that are on listen and tell; changes take effect at once and are stored."""
+"""All triggers of a studio: those that are on listen and send; changes take effect at once and are stored."""
 
 import logging
 import threading
@@ -33,12 +33,12 @@ class TriggersStatus(Struct, frozen=True):
 
 
 class Triggers:
-    """The triggers of a sessions folder; safe from any thread.
+    """The triggers of a sessions folder; thread-safe.
 
     Args:
-        sessions: where they are stored.
-        stage: what they operate.
-        timecode: returns the timecode now, "" = there is none.
+        sessions: folder in which they are stored.
+        stage: the live stage.
+        timecode: returns the current timecode, "" = none.
     """
 
     def __init__(self, sessions: Path, stage: Recorded, timecode: Callable[[], str]) -> None:
@@ -60,7 +60,7 @@ class Triggers:
         """Use and store other settings.
 
         Raises:
-            SettingsError: they are not allowed; those before stay in use.
+            SettingsError: they are not allowed; the previous ones stay in use.
             StudioError: the disk refuses.
         """
         settings.check()
@@ -96,17 +96,17 @@ class Triggers:
         self._listeners, self._tellers = {}, {}
 
     def close(self) -> None:
-        """Listen and tell no more."""
+        """Stop listening and sending."""
         with self._lock:
             self._end()
 
     def status(self) -> TriggersStatus:
-        """Return the state of each."""
+        """Return the state of each trigger."""
         found = {name: one.heard.status() for name, one in {**self._listeners, **self._tellers}.items()}
         return TriggersStatus(**found, problem=self._problem)
 
     def tell(self, news: TriggerNews) -> None:
-        """Tell whoever is to hear of it; returns at once."""
+        """Send an event to all receivers; returns at once."""
         for teller in tuple(self._tellers.values()):
             teller.tell(news)
 

@@ -1,9 +1,9 @@
 """Scale, floor and origin of ordinary cameras from a board of known size that at least two of them see.
 
-The corners are placed by the calibrated cameras' rays, in the calibration's own size. The similarity between them
-and the board gives the scale. A board that lies on the floor gives its height and, as far as it is large, its slope;
-the standing feet give the rest. Source: Umeyama, "Least-squares estimation of transformation parameters between two
-point patterns", PAMI 1991.
+The calibrated cameras' rays place the corners, at the calibration's own scale. The similarity transform between them
+and the board gives the true scale. A board that lies on the floor gives the floor's height and, the larger it is, the
+floor's slope; the standing feet give the rest. Source: Umeyama, "Least-squares estimation of transformation
+parameters between two point patterns", PAMI 1991.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,19 +22,19 @@ Array = NDArray[np.float64]
 
 _LEAST_CORNERS, _LEAST_ANGLE_DEG = 4, 4.0
 _LARGEST_MISS = 0.06
-"""What corners may be off after the similarity, as a share of the board's extent (root mean square)."""
+"""Largest residual of the corners after the similarity, as a share of the board's extent (root mean square)."""
 
 _LARGEST_SPREAD = 0.05
-"""Sizes by the board at several moments that are further apart than this say nothing."""
+"""Largest relative spread of the sizes from the board at several moments."""
 
 _LEAST_SPREAD = 0.003
-"""Corners are found to some tenths of a pixel, so no size is surer than this."""
+"""Least standard error of a size, as a share: corners are found only to some tenths of a pixel."""
 
 _LYING_DEG, _LYING_M = 15.0, 0.25
-"""A board lies on the floor if it is so flat and so near to the floor by the feet."""
+"""Largest tilt and largest distance from the floor under the feet of a board on the floor."""
 
 _POINT_M, _SLOPE_SD = 0.004, np.radians(0.7)
-"""Usual errors of a placed corner, and of the slope of the floor by the feet."""
+"""Usual errors of a placed corner, and of the slope of the floor under the feet."""
 
 
 @dataclass(frozen=True)
@@ -48,16 +48,16 @@ class Sighting:
 
 @dataclass(frozen=True)
 class BoardFound:
-    """What a board said.
+    """Result of a calibration with a board.
 
     Attributes:
-        cameras: that saw it, in order of their names.
-        sightings: how often two or more did at once, tag by tag.
-        size: by how much the stage became larger, 1 = as it was.
-        spread: standard error of that, as a share.
-        on_floor: whether it lay on the floor, which with the origin is now by it.
-        tilt_deg: by how much the floor was turned.
-        raised_m: by how much it was raised.
+        cameras: that saw the board, sorted by name.
+        sightings: number by two or more cameras at once, tag by tag.
+        size: factor by which the stage was enlarged, 1 = unchanged.
+        spread: standard error of that factor, as a share.
+        on_floor: whether the board lay on the floor, and so gave the stage's floor and origin.
+        tilt_deg: angle by which the floor was turned.
+        raised_m: height by which the floor was raised.
     """
 
     cameras: tuple[str, ...]
@@ -82,9 +82,9 @@ class _Placed:
 
 
 def with_board(calibration: Calibration, sightings: Sequence[Sighting]) -> tuple[Calibration, BoardFound]:
-    """Return the calibration in the size that the board gives, on its floor if it lies there, and what it said.
+    """Return the calibration at the board's scale, on its floor if it lies there, and the board's result.
 
-    The direction of the stage stays as it was. The performer is scaled; the floor under him may be another.
+    The direction of the stage does not change. The performer is scaled; the floor under him may differ from this one.
 
     Args:
         calibration: of cameras without depth.
@@ -148,7 +148,7 @@ def _scaled(calibration: Calibration, by: float) -> Calibration:
 
 
 def _placed(calibration: Calibration, sightings: Sequence[Sighting]) -> list[_Placed]:
-    """The boards that two or more cameras saw at once, where their rays place them."""
+    """Return the boards that two or more cameras saw at once, placed by the cameras' rays."""
     groups: dict[tuple[int, int], dict[str, SeenBoard]] = {}
     for one in sightings:
         groups.setdefault((one.instant, one.seen.number), {})[one.camera] = one.seen
@@ -186,13 +186,13 @@ def _place(cameras: Mapping[str, CameraCalibration], seen: Mapping[str, SeenBoar
 
 
 def _widest_deg(centres: Array, point: Array) -> float:
-    """The largest angle at which two cameras see a point."""
+    """Return the largest angle at which two cameras see a point."""
     ways = (centres - point) / np.linalg.norm(centres - point, axis=1, keepdims=True)
     return float(np.degrees(np.arccos(np.clip((ways @ ways.T).min(), -1.0, 1.0))))
 
 
 def _similarity(source: Array, target: Array) -> tuple[float, Array, Array]:
-    """Return scale, rotation and translation that take points to others, shape (n, 3) both."""
+    """Return scale, rotation and translation from source to target points, each of shape (n, 3)."""
     a, b = source - source.mean(axis=0), target - target.mean(axis=0)
     u, s, v = np.linalg.svd(b.T @ a)
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
@@ -207,7 +207,7 @@ def _lies(placed: _Placed, size: float) -> bool:
 
 
 def _floor(lying: list[_Placed]) -> tuple[Array, float]:
-    """Return what moves the stage onto the floor under boards, its origin to the middle of the first, and the tilt.
+    """Return the transform that puts the stage's floor under the boards and its origin at the first, and the tilt.
 
     The plane of the corners is known to `_POINT_M`, the old floor's slope to `_SLOPE_SD`.
     """

@@ -3,8 +3,8 @@
 The steps: `first` (first clocks by `time_offset`, first transforms by `rigid`) -> `swaps` (left and right) ->
 `refine` (all at once) -> `merge` (one skeleton) -> `stage` (`floor`, `tpose`, `proportions`) -> `residuals`,
 `halves`, `handedness` and `verdict`. `together` runs the steps from `swaps` to `merge`; `holding` repeats them
-without spans that do not agree, where that is allowed. Cameras that see no depth go another way (`views`), beside
-depth cameras by the skeleton that those see.
+without spans that do not agree, if that is allowed. Cameras that see no depth are calibrated by `views`; next to
+depth cameras, by the skeleton that those see.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -64,16 +64,16 @@ def calibrate(
         frames: by camera, in device time order, each on its own clock.
         reference: the reference camera; the first where None.
         until_s: use only the reference camera's frames up to this time on its clock [s].
-        height_m: the performer's, where it was measured before; a height that disagrees is refused. To cameras that
-            see no depth it gives the size of the stage.
+        height_m: the performer's, if measured before; a height that disagrees is refused. For cameras that see no
+            depth, it sets the size of the stage.
         floors: by camera, the floor that it sees, in its own frame (`depth_floor.seen_floors`).
         must_hold: when the cameras must agree. Unless they must throughout, spans without agreement are left out and
             reported (`CameraCalibration.disagrees`); all figures are then of the rest.
-        clocks_within_s: of cameras that see no depth and were brought to one clock before, how far theirs may be from
-            it [s]; None = none were.
-        lenses: what is known of the lenses of cameras that see no depth.
-        same_lens: all of those whose lens is not known have one focal length.
-        progress: of cameras that see no depth, called with the share that is done, 0..1.
+        clocks_within_s: for cameras that see no depth and already share a clock, the largest deviation of each from
+            it [s]; None = no camera does.
+        lenses: known lenses of cameras that see no depth.
+        same_lens: all of those whose lens is unknown have one focal length.
+        progress: for cameras that see no depth, called with the share that is done, 0..1.
 
     Raises:
         CalibrationError: no frames at all, or a reference camera without frames.

@@ -1,4 +1,4 @@
-"""Distances between two motions, over time and by joint, to decide between them."""
+"""Distances between two motions, over time and by joint, for choosing one of them."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class Differences:
     """Distances between a solve and another motion at the solve's instants.
 
     Attributes:
-        frames: indices of the solve's frames with a joint known in both, shape (frame_count,).
+        frames: indices of the solve's frames with at least one joint known in both, shape (frame_count,).
         time_s: their stage times [s], shape (frame_count,).
         joints: canonical joints that both have.
         mm: distance [mm], shape (frame_count, len(joints)); NaN where the joint is unknown in the other motion.
@@ -33,7 +33,7 @@ class Differences:
     mm: NDArray[np.float64]
 
     def summary(self, *, worst: int = 10) -> DifferenceSummary:
-        """Return the means and the largest, with the `worst` instants."""
+        """Return mean, percentile and maximum of the distances, with the `worst` instants."""
         return DifferenceSummary(
             frames=len(self.time_s),
             mean_mm=float(np.nanmean(self.mm)),

@@ -47,7 +47,7 @@ def evaluate(
             away and reported (`time_offset_ms` at stage time 0, positive = the reference's clock is ahead);
             latency and offset cannot be separated then.
         similarity: align the size too.
-        alignment: use this one, of all performers together.
+        alignment: use this common alignment of all performers.
 
     Raises:
         FormatError: solve and reference share too little time or too few joints.

@@ -57,8 +57,8 @@ def _with_itself(poses: Poses, start_s: float | None) -> Matched:
 def jitter_mm(matched: Matched) -> float | None:
     """Root mean square of a joint's movement above 6 Hz, as the mean over measured joints [mm].
 
-    A zero-phase Butterworth filter of fourth order (second order, forth and back) removes slower movement. None if
-    the solve is too slow or too short for it.
+    A zero-phase Butterworth filter of fourth order (second order, forwards and backwards) removes slower movement.
+    None if the solve's rate is too low or the solve is too short for it.
     """
     positions, _ = matched.pick(matched.joints)
     if matched.rate_hz < 3 * JITTER_HZ or len(positions) < matched.rate_hz:

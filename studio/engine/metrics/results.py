@@ -1,6 +1,6 @@
-"""What is measured of a solve, as `evaluate --json`, the API and files have it. Units are in the keys.
+"""Figures of a solve, as in `evaluate --json`, the API and files. Units are in the keys.
 
-These types stand apart from what measures, which is slow to load.
+These types are separate from the code that measures, which is slow to load.
 """
 
 from typing import TypedDict
@@ -22,7 +22,7 @@ class CleanupEventJson(TypedDict):
 
 
 class Cleanup(TypedDict):
-    """The edit list: events a minute, their numbers by kind, and each; null each for joints without a hierarchy."""
+    """The edit list: events per minute, numbers by kind, and the events; all null for joints without a hierarchy."""
 
     cleanup_events_per_min: float | None
     cleanup_counts: dict[str, int] | None
@@ -50,8 +50,7 @@ class Aligned(AlignmentJson):
 
 
 class ThesisFigures(TypedDict):
-    """The thesis's figures of one joint, as the functions of their names measure them; null where there are no
-    curves."""
+    """The thesis's figures of one joint, measured by the functions of the same names; null without curves."""
 
     absolute_difference_cm: float | None
     shortest_distance_cm: float | None
@@ -85,7 +84,7 @@ class OwnFigures(Cleanup):
 
 
 class FiguresOfBoth(TypedDict):
-    """Figures that are measured on both solve and reference, and contacts: shares of right and of found ones."""
+    """Figures measured on both solve and reference, and contacts: precision and recall."""
 
     spectral_arc_length: float | None
     reference_spectral_arc_length: float | None
@@ -98,7 +97,7 @@ class FiguresOfBoth(TypedDict):
 
 
 class AngleFigures(TypedDict):
-    """Joint angle errors: their mean, that of flexions [deg], and each."""
+    """Joint angle errors: mean of all, mean of flexions [deg], and each angle's."""
 
     joint_angle_error_deg: float | None
     flexion_error_deg: float | None
@@ -111,8 +110,8 @@ class Evaluation(ThesisFigures, FiguresOfBoth, AngleFigures, Cleanup):
     Attributes:
         mpjpe_mm: mean distance of the joints; `mpjpe_root_aligned_mm` with the hips of both at the same place.
         pck_50mm, pck_100mm, pck_150mm: shares of joints within this distance, 0..1.
-        thesis_joints: the thesis's figures of `elbow` and `shoulder`; those of the wrist stand beside.
-        own_stance_foot_slide_cm_s: as of `OwnFigures`.
+        thesis_joints: the thesis's figures of `elbow` and `shoulder`; those of the wrist are separate keys.
+        own_stance_foot_slide_cm_s: as in `OwnFigures`.
         unseen_share: of the measured joints, 0..1.
         uncertainty_coverage: share of errors inside the 90 % ball; `uncertainty_median_ratio`: ball over error.
         time_offset_ms, clock_drift_ppm: of the reference's clock, as in `alignment`.
@@ -147,9 +146,9 @@ class SeveralEvaluation(TypedDict):
 
     Attributes:
         performers: each one's figures, by name, with one alignment for all.
-        identity_switches: how often a solved performer changes from one reference to another.
+        identity_switches: number of times that a solved performer changes from one reference to another.
         missed_percent: share of the references' frames without a pose, while a camera recorded.
-        undecided_percent: share of the references' frames in which the solve says that it cannot tell who is who.
+        undecided_percent: share of the references' frames in which the solve reports that it cannot tell who is who.
     """
 
     performers: dict[str, Evaluation]
@@ -159,7 +158,7 @@ class SeveralEvaluation(TypedDict):
 
 
 class Apart(Struct):
-    """An instant at which two motions differ: stage time [s], the joint furthest apart, and how far [mm]."""
+    """An instant at which two motions differ: stage time [s], the joint furthest apart, and its distance [mm]."""
 
     time_s: float
     joint: str
@@ -167,7 +166,7 @@ class Apart(Struct):
 
 
 class DifferenceSummary(Struct):
-    """Distances between two motions [mm] over the solve's frames in common: mean, 95th percentile, largest, means by
+    """Distances between two motions [mm] over the solve's common frames: mean, 95th percentile, largest, means by
     joint, and the instants with the largest, at least half a second apart."""
 
     frames: int
@@ -179,11 +178,11 @@ class DifferenceSummary(Struct):
 
 
 class DifferencesOverTime(DifferenceSummary, kw_only=True):
-    """Distances between two motions [mm], also over time: `frame` are the solve's, thinned so that no peak is lost.
+    """Distances between two motions [mm], also over time, at the solve's `frame`, thinned without losing peaks.
 
     Attributes:
-        alignment: of another solve; null for a reference.
-        aligned: the reference's alignment; null for a solve.
+        alignment: alignment of another solve; null for a reference.
+        aligned: alignment of a reference; null for a solve.
         mean_over_joints_mm, joints_mm: at each of `frame`, by joint; null where unknown.
     """
 
@@ -197,7 +196,7 @@ class DifferencesOverTime(DifferenceSummary, kw_only=True):
 
 
 class SolveFigures(Struct):
-    """A solve's figures: its own, and those against a reference; null without one."""
+    """A solve's figures: its own, and those against a reference (null without one)."""
 
     own: OwnFigures
     reference: Evaluation | None

@@ -1,4 +1,4 @@
-"""Figures of a solve of several performers, each against a reference: their own, and whether they stay themselves."""
+"""Figures of a solve of several performers, each against a reference: their own, and identity switches."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -15,10 +15,10 @@ from studio.engine.metrics.results import SeveralEvaluation
 from studio.engine.model.poses import Poses
 
 _LEAST_STAY_S = 0.2
-"""A performer who is nearer to another reference for less than this did not change to it."""
+"""Shortest time nearer to another reference that counts as an identity switch."""
 
 Spans = Sequence[Sequence[float]]
-"""From and to in stage time [s], by span."""
+"""Start and end of each span in stage time [s]."""
 
 
 def evaluate_several(
@@ -36,7 +36,7 @@ def evaluate_several(
     Args:
         poses: by performer.
         references: by performer.
-        undecided_s: spans in which a performer was not told apart from another, by performer.
+        undecided_s: spans in which a performer could not be distinguished from another, by performer.
         recorded_s: spans in which cameras sent frames; nothing can be missed outside. None = throughout.
         start_s, same_clock, similarity: as in `evaluate`.
 
@@ -84,7 +84,7 @@ def _stage_times_s(
 
 
 def _missed(times_s: NDArray[np.float64], poses: Poses) -> NDArray[np.bool_]:
-    """Return which times are further than a frame and a half from every pose."""
+    """Return whether each time is further than a frame and a half from every pose."""
     after = np.clip(np.searchsorted(poses.time_s, times_s), 1, max(poses.frame_count - 1, 1))
     near = np.minimum(
         np.abs(poses.time_s[np.minimum(after, poses.frame_count - 1)] - times_s),
@@ -107,7 +107,7 @@ def _switches(
     start_s: float | None,
     alignment: Alignment,
 ) -> int:
-    """Return how often the nearest reference of a performer changes."""
+    """Return the number of changes of a performer's nearest reference."""
     times = poses.time_s if start_s is None else poses.time_s[poses.time_s >= start_s]
     far = np.full((len(references), len(times)), np.inf)
     for row, (name, reference) in enumerate(references.items()):

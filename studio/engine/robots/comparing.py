@@ -62,7 +62,7 @@ def compare_ways(
 
 
 def ways_table(ways: dict[str, RobotFigures]) -> list[list[str]]:
-    """Return the figures as rows of a table, a column a way."""
+    """Return the figures as rows of a table, one column per way."""
     rows = [["", *ways]]
     for name in FIGURES:
         title, digits = _DIGITS[name]

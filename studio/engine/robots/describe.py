@@ -15,7 +15,7 @@ _AXES = ("roll", "pitch", "yaw")
 
 
 def robot_facts(robot: Robot) -> RobotFacts:
-    """Return what a user is shown of a robot."""
+    """Return the facts of a robot."""
     data = mujoco.MjData(robot.model)
     mujoco.mj_kinematics(robot.model, data)
     joints: list[JointFacts] = []
@@ -68,7 +68,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
 
 
 def kept_facts(folder: Path, name: str) -> RobotFacts:
-    """Return what a user is shown of a kept robot.
+    """Return the facts of a kept robot.
 
     Raises:
         FormatError: as `load_robot`.
@@ -79,7 +79,7 @@ def kept_facts(folder: Path, name: str) -> RobotFacts:
 def correct_and_tell(
     folder: Path, name: str, parts: Mapping[str, str], velocity_rad_s: float | None
 ) -> RobotFacts:
-    """Correct a kept robot as `correct_robot` does, and return what a user is shown of it."""
+    """Correct a kept robot as `correct_robot` does, and return its facts."""
     return robot_facts(correct_robot(folder, name, parts, velocity_rad_s))
 
 

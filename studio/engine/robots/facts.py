@@ -1,11 +1,11 @@
-"""What a user is shown of a robot, as it is told: its parts, sizes and limits. `describe` finds it out."""
+"""Facts of a robot that a user is shown: its parts, sizes and limits. `describe` collects them."""
 
 from msgspec import Struct
 
 
 class JointFacts(Struct):
-    """A hinge: its limits, and about which axis it turns in the zero pose; `held` is one that no part needs;
-    `torque_nm` the smaller of both directions' limits, None where the model gives none."""
+    """A hinge: its limits, and its axis in the zero pose (`turns`), `held` if no part needs it; `torque_nm` is the
+    smaller limit of both directions, None where the model gives none."""
 
     name: str
     low_rad: float
@@ -16,7 +16,7 @@ class JointFacts(Struct):
 
 
 class RobotFacts(Struct):
-    """A robot as measured; lengths in metres. `parts` are bodies by part, `bodies` all that there are."""
+    """A robot as measured; lengths in metres. `parts` gives the body of each part, `bodies` all bodies."""
 
     name: str
     parts: dict[str, str]

@@ -1,4 +1,4 @@
-"""Figures of a robot's motion: how well it follows its targets, stands, and keeps within what it can do."""
+"""Figures of a robot's motion: how well it follows its targets, stands, and keeps within its limits."""
 
 from dataclasses import asdict, dataclass, fields
 from typing import Any
@@ -16,7 +16,7 @@ from studio.engine.robots.strain import ROUNDING, StrainedJoint, strained_joints
 Array = NDArray[np.float64]
 
 DEEP_M = 0.005
-"""Overlap of more than this is penetration."""
+"""Overlap above which parts penetrate."""
 
 _KEY_POINTS = [INDEX[point] for point in KEY_POINTS]
 
@@ -30,7 +30,7 @@ class RobotFigures:
         floating_mm: mean height of those corners over the floor.
         floor_penetration_share, self_penetration_share: frames in which any part is more than 5 mm in the floor, or
             in another part.
-        floor_penetration_mm, self_penetration_mm: the deepest.
+        floor_penetration_mm, self_penetration_mm: largest depth.
         limit_share: frames with a hinge beyond its limits.
         velocity_share: steps in which a hinge is faster than its limit.
         acceleration_rad_s2: root mean square over hinges and frames.
@@ -39,7 +39,7 @@ class RobotFigures:
         key_point_mm: mean distance of knees, ankles, shoulders, elbows and hands from the scaled performer's.
         balance_share: standing frames with the centre of mass over the support.
         frames: number of frames.
-        strained: joints with torques beyond their limits, the most often one first.
+        strained: joints with torques beyond their limits, the most frequent first.
     """
 
     foot_slide_cm_s: float | None
@@ -64,7 +64,7 @@ class RobotFigures:
 
 
 FIGURES: tuple[str, ...] = tuple(field.name for field in fields(RobotFigures) if field.name != "strained")
-"""Names of the figures that are numbers."""
+"""Names of the numeric figures."""
 
 
 def robot_figures(robot: Robot, q: Array, targets: Targets) -> RobotFigures:

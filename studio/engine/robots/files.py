@@ -1,6 +1,6 @@
-"""Robots that are kept: one table a robot, which names its model, its parts and its velocity limits.
+"""Kept robots: one table per robot, which names its model, its parts and its velocity limits.
 
-The model stays where it is, with its meshes; those that a browser sent are in `models`. A table can be corrected by
+The model stays where it is, with its meshes; models sent by a browser are in `models`. A table can be corrected by
 hand; docs/formats.md describes it.
 """
 
@@ -23,10 +23,10 @@ FOLDER = "robots"
 """Folder of the kept robots among the sessions."""
 
 MODELS = "models"
-"""Folder in it of models that were sent; tables name these from the folder of the kept robots."""
+"""Folder in it for sent models; tables name these relative to the folder of the kept robots."""
 
 MOST_NAME = 64
-"""Characters of a robot's name."""
+"""Maximum number of characters of a robot's name."""
 
 
 def add_robot(
@@ -37,12 +37,12 @@ def add_robot(
     parts: Mapping[str, str] | None = None,
     velocity_rad_s: float | None = None,
 ) -> "Robot":
-    """Read a robot's model, keep its table as `folder/name.json`, and return the robot.
+    """Read a robot's model, write its table to `folder/name.json`, and return the robot.
 
     Args:
-        folder: of the kept robots.
+        folder: folder of the kept robots.
         model: MJCF or URDF.
-        name: of the robot; one of that name is replaced.
+        name: name of the robot; a robot of that name is replaced.
         parts: corrections of the mapping, part -> body.
         velocity_rad_s: limit of every hinge; None = the model's, else the usual one.
 
@@ -73,7 +73,7 @@ def load_robot(folder: Path, name: str) -> "Robot":
     """Return a kept robot.
 
     Raises:
-        FormatError: there is none of that name, its table cannot be read, or its model is missing or another now.
+        FormatError: there is none of that name, its table cannot be read, or its model is missing or has changed.
     """
     from studio.engine.robots.body.robot import build_robot
 
@@ -85,13 +85,13 @@ def load_robot(folder: Path, name: str) -> "Robot":
 def correct_robot(
     folder: Path, name: str, parts: Mapping[str, str], velocity_rad_s: float | None = None
 ) -> "Robot":
-    """Read a kept robot again with other parts, keep it so, and return it.
+    """Read a kept robot again with other parts, save it, and return it.
 
     Args:
-        folder: of the kept robots.
-        name: of the robot.
+        folder: folder of the kept robots.
+        name: name of the robot.
         parts: corrections of its parts, part -> body; the others stay.
-        velocity_rad_s: limit of every hinge; None = those that it has.
+        velocity_rad_s: limit of every hinge; None = its present limits.
 
     Raises:
         FormatError: as `load_robot`.
@@ -107,7 +107,7 @@ def correct_robot(
 
 
 def _table_of(folder: Path, name: str) -> tuple[dict[str, Any], Path]:
-    """Return a robot's table and its model, which is there and as it was."""
+    """Return a robot's table and its model, which exists and is unchanged."""
     table = _read(find_robot(folder, name))
     model = folder / table["model"]
     if not model.is_file():
@@ -143,10 +143,10 @@ def remove_robot(folder: Path, name: str) -> None:
 
 
 def restore_robot(folder: Path, name: str) -> None:
-    """Bring the robot back that was last removed under a name.
+    """Bring back the robot that was last removed under a name.
 
     Raises:
-        FormatError: none was, or another has the name now.
+        FormatError: none was removed, or another has the name now.
     """
     path = robot_table(folder, name)
     if path.is_file() or not _removed(path).is_file():
@@ -189,7 +189,7 @@ def robot_table(folder: Path, name: str) -> Path:
 
 
 def _named_from(folder: Path, model: Path) -> str:
-    """Return how a table names a model: those among the kept robots move with them."""
+    """Return the path of a model for a table: relative inside the folder of kept robots, else absolute."""
     model, folder = model.resolve(), folder.resolve()
     return model.relative_to(folder).as_posix() if model.is_relative_to(folder) else str(model)
 

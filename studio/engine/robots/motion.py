@@ -1,4 +1,4 @@
-"""Motions of robots, and their files: CSV for other robots' tools, npz with everything."""
+"""Motions of robots, and their files: CSV for other tools, npz with everything."""
 
 import os
 import zipfile
@@ -40,7 +40,7 @@ class RobotMotion:
         joint_names: hinges in the model's order.
         time_s: stage time of each frame [s], shape (frame_count,).
         qpos: MuJoCo's configurations: base [m], quaternion wxyz, hinges [rad], shape (frame_count, 7 + hinge_count).
-        gave_way: when it gave way in pose for its torques, since the first frame; no file keeps it.
+        gave_way: intervals in which it gave way in pose for its torques, since the first frame; not saved in files.
     """
 
     robot: str
@@ -70,7 +70,7 @@ class RobotMotion:
             save_arrays(file, arrays, ROBOT_MOTION)
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write a row a frame, atomically: base x, y, z [m], quaternion x, y, z, w, then hinges [rad]; no header."""
+        """Write one row per frame, atomically: base x, y, z [m], quaternion x, y, z, w, hinges [rad]; no header."""
         q = self.qpos
         rows = np.concatenate([q[:, :3], q[:, 4:7], q[:, 3:4], q[:, FREE:]], axis=1)
         with write_atomically(path) as file:
@@ -85,15 +85,15 @@ FORMATS: dict[str, Callable[[RobotMotion, str | os.PathLike[str]], None]] = {
 
 
 CSV_FPS = 30.0
-"""Rate of a CSV, which tells none: that of the LAFAN1 retargeting set."""
+"""Assumed rate of a CSV, which states none: that of the LAFAN1 retargeting set."""
 
 
 def load_motion(path: str | os.PathLike[str], robot: Robot, csv_fps: float = CSV_FPS) -> RobotMotion:
-    """Return a robot's motion from npz, or from CSV at `csv_fps` frames per second, because nothing in it tells.
+    """Return a robot's motion from npz, or from CSV, which states no rate, at `csv_fps` frames per second.
 
     Raises:
         SettingsError: a rate that is not allowed.
-        FormatError: the file cannot be read, or is of another robot.
+        FormatError: the file cannot be read, or belongs to another robot.
     """
     if not 0.0 < csv_fps <= MAX_FPS:  # NaN fails too
         raise SettingsError(
@@ -134,7 +134,7 @@ def load_motion(path: str | os.PathLike[str], robot: Robot, csv_fps: float = CSV
 
 
 def part_of(poses: Poses, options: ExportOptions) -> tuple[Poses, Performed]:
-    """Return the part of poses that the options choose, on a uniform clock, and what a robot needs of it.
+    """Return the part of poses that the options choose, on a uniform clock, and its motion as a robot needs it.
 
     Raises:
         SettingsError: options that are not allowed.
@@ -156,10 +156,10 @@ def moved_robot(
     """Return a robot's motion by a performer's whole take, and the targets that it follows.
 
     Args:
-        robot: to move.
-        poses: of the performer.
+        robot: the robot.
+        poses: the performer's poses.
         options: part (`start_s`, `end_s`), rate (`fps`) and smoothing (`smooth_hz`) of the poses.
-        how: switches of retargeting; None = as usual.
+        how: switches of retargeting; None = the defaults.
         progress: receives the share done.
 
     Raises:
@@ -174,10 +174,10 @@ def moved_robot(
 
 
 def check_format(format: str) -> None:
-    """Refuse a format that robots' motions do not have.
+    """Check that robots' motions can have a format.
 
     Raises:
-        SettingsError: so it is.
+        SettingsError: an unknown format.
     """
     if format not in FORMATS:
         raise SettingsError(

@@ -1,4 +1,4 @@
-"""Joints of which a robot's motion asks more torque than their limits: which, when, and how far beyond."""
+"""Joints whose torques exceed their limits in a robot's motion: which, when, and how far."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,13 +17,13 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class StrainedJoint:
-    """A joint of which a motion asks more torque than its limit.
+    """A joint whose torque exceeds its limit in a motion.
 
     Attributes:
         joint: its name.
         frame_share: share of frames beyond the limit.
         most: the largest torque, as a share of the limit.
-        at_s: when that is, since the performance began [s].
+        at_s: time of the largest torque since the performance began [s].
     """
 
     joint: str
@@ -33,10 +33,10 @@ class StrainedJoint:
 
 
 def torque_shares(robot: Robot, qpos: Array, frame_s: float) -> Array | None:
-    """Return torques as shares of their limits; None where the model gives none, or the motion is too short.
+    """Return torques as shares of their limits; None where the model gives no limits or the motion is too short.
 
     Args:
-        robot: that moves.
+        robot: the robot that moves.
         qpos: its configurations, shape (frame_count, nq).
         frame_s: time between frames [s].
 
@@ -50,11 +50,11 @@ def torque_shares(robot: Robot, qpos: Array, frame_s: float) -> Array | None:
 def strained_joints(
     robot: Robot, shares: Array | None, frame_s: float, begin_s: float = 0.0
 ) -> tuple[StrainedJoint, ...]:
-    """Return the joints with torques beyond their limits, the most often one first.
+    """Return the joints with torques beyond their limits, the most frequent first.
 
     Args:
-        robot: whose joints.
-        shares: as of `torque_shares`.
+        robot: the robot.
+        shares: result of `torque_shares`.
         frame_s: time between frames [s].
         begin_s: time of the first frame since the performance began [s].
     """
@@ -75,9 +75,9 @@ def strained_joints(
 
 
 def strain_of(robot: Robot, motion: RobotMotion, begins_s: float | None = None) -> tuple[StrainedJoint, ...]:
-    """Return the joints of which a motion asks too much; none where the model gives no limits.
+    """Return the joints with torques beyond their limits; none where the model gives no limits.
 
-    `begins_s`: stage time at which the performance begins; None = with the motion.
+    `begins_s`: stage time at which the performance begins; None = when the motion begins.
     """
     frame_s = 1.0 / motion.frames_per_second
     begin_s = 0.0 if begins_s is None else float(motion.time_s[0]) - begins_s
@@ -85,7 +85,7 @@ def strain_of(robot: Robot, motion: RobotMotion, begins_s: float | None = None) 
 
 
 def strain_text(strained: Sequence[StrainedJoint]) -> str:
-    """Return what an operator reads of it, the most often one first."""
+    """Return the strained joints as text for an operator, in the given order."""
     told = [
         f"{one.joint} in {100.0 * one.frame_share:.1f} % of frames, at most {one.most:.1f} times its limit "
         f"at {one.at_s:.2f} s"

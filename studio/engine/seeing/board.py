@@ -27,17 +27,17 @@ _ORIGINAL_MARKERS = 1024
 _SIZES_MM = (5.0, 5000.0)
 _SQUARES = (3, 50)
 _LEAST_CORNERS = 6
-"""Corners of a ChArUco board with which it counts as seen."""
+"""Minimum number of corners for a ChArUco board to count as seen."""
 
 
 @dataclass(frozen=True)
 class Board:
-    """What lies or is held before the cameras; lengths in metres.
+    """A board or tags in front of the cameras; lengths in metres.
 
     Attributes:
         kind: `charuco`, or `apriltag`: any number of tags of one size.
         size_m: side of a square, or of a tag's black part.
-        dictionary: of its markers, or family of the tags.
+        dictionary: of its markers, or the family of the tags.
         columns, rows: number of squares of a ChArUco board.
         marker_m: side of its markers.
     """
@@ -54,7 +54,7 @@ class Board:
         """Return the board that a text describes, see `ALLOWED`.
 
         Raises:
-            SettingsError: it describes none.
+            SettingsError: the text describes no board.
         """
         kind, *parts = text.strip().lower().split(":")
         try:
@@ -84,9 +84,9 @@ class SeenBoard:
 
     Attributes:
         number: of the tag; 0 for a board.
-        points: its corners on it [m], z = 0, the middle of the whole at the origin, shape (n, 2).
-        pixels: the same in the picture, shape (n, 2).
-        ids: which corners they are, increasing, shape (n,).
+        points: its corners in its own plane [m], z = 0, the whole board's middle at the origin, shape (n, 2).
+        pixels: the same corners in the picture, shape (n, 2).
+        ids: numbers of these corners, increasing, shape (n,).
     """
 
     number: int
@@ -99,7 +99,7 @@ class BoardFinder:
     """Finds a board in pictures.
 
     Attributes:
-        markers: number of pictures in which any of its markers was seen, also where its corners were not.
+        markers: number of pictures in which any of its markers was seen, with or without its corners.
 
     Raises:
         NotAvailableError: OpenCV is not installed.
@@ -110,7 +110,7 @@ class BoardFinder:
         self.markers = 0
 
     def find(self, grey: NDArray[np.uint8]) -> list[SeenBoard]:
-        """Return the boards in a picture, shape (rows, columns): one at most, or several tags."""
+        """Return the boards in a picture, shape (rows, columns): at most one board, or several tags."""
         if self._board.kind == "apriltag":
             return self._tags(grey)
         for detector in self._charuco:
@@ -121,7 +121,7 @@ class BoardFinder:
         return []
 
     def others(self, grey: NDArray[np.uint8]) -> str:
-        """Return the dictionary or family of which most markers are in a picture; "" = none of any."""
+        """Return the dictionary or family with the most markers in a picture; "" = no markers at all."""
         counts = {}
         for name in (*DICTIONARIES[3::4], *FAMILIES):
             if name != self._board.dictionary:

@@ -2,8 +2,8 @@
 
 The input of small convolutional networks is the image of the head, cut out at its top and middle. Their outputs are
 the directions of the face and of the crown. Both are means over the possible heads, so their length is a confidence:
-a face that cannot be told from the back of the head has a short vector. Weights come from simulated heads;
-`python -m studio.simulator.training.head_training` makes them again.
+a face that looks like the back of the head gives a short vector. Weights come from simulated heads;
+`python -m studio.simulator.training.head_training` recreates them.
 """
 
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ _TOP_ROW = 3
 _HEAD_ROWS = 18
 _TOP_FILLED = 3.0
 _LEAST_FILLED, _MOST_FILLED = 70.0, 870.0
-"""Accepted range of filled samples: fewer are no head, more are a wall."""
+"""Accepted range of filled samples."""
 
 _LEAST_LENGTH = 0.8
 _FOLLOW_S = 0.05
@@ -137,8 +137,8 @@ def head_networks() -> Committee:
 def head_arrows(
     camera: DepthCamera, depth_mm: NDArray[np.uint16], head: Array, networks: Committee | None = None
 ) -> Array | None:
-    """Return the directions of face and crown in the camera frame, shape (2, 3), shorter = less certain; None where
-    the image shows no head.
+    """Return the directions of face and crown in the camera frame, shape (2, 3), shorter = less certain; None if the
+    image shows no head.
 
     Args:
         camera, depth_mm, head: see `head_window`.

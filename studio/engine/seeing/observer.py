@@ -29,7 +29,7 @@ _LEGS = {
         "the legs are outside its picture and hang as usual: tilt it down, or step back",
     ),
 }
-"""What is said of legs that the camera does not show; see `TrackedSkeleton.legs_unread`."""
+"""Messages about legs that the camera does not show; see `TrackedSkeleton.legs_unread`."""
 
 
 class _Details:

@@ -1,4 +1,4 @@
 """Speed of the stages.
 
-`stage` makes the input, `timing` measures, `stages` and `plain_mink` are measured, `run` runs everything.
+`simulator.demo` makes the input, `timing` measures, `stages` and `plain_mink` are measured, `run` runs everything.
 """

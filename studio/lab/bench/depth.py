@@ -1,4 +1,4 @@
-"""Benchmark of depth: an image of the simulator, and the tracker with one and with three cameras."""
+"""Benchmark of depth: rendering one simulated image, and the tracker with one and with three cameras."""
 
 from studio.engine.animation.motion.authored import demo_motion
 from studio.engine.model.cameras.depth import DepthFrame
@@ -12,11 +12,11 @@ from studio.simulator.sensor.stage import DepthStage
 
 _CAMERAS, _LIVE_HZ = 2, 15.0
 _BEGIN_S = 2.0
-"""Start time; the demo's performer holds a T-pose before."""
+"""Start time; before it, the demo's performer holds a T-pose."""
 
 
 def depth_simulator(frames: int, sensor_name: str = "azure-kinect") -> StageTiming:
-    """Return the figures of rendering; `share_of_live_budget` is the share of one core for two cameras at 15 Hz."""
+    """Return the timing of rendering; `share_of_live_budget` is the share of one core for two cameras at 15 Hz."""
     sensor = find_sensor(sensor_name)
     stage = DepthStage.of(sensor, standard_rig(_CAMERAS), perform(demo_motion(), DEFAULT), DEFAULT)
     camera = stage.camera(0)
@@ -26,7 +26,7 @@ def depth_simulator(frames: int, sensor_name: str = "azure-kinect") -> StageTimi
 
 
 def tracker(frames: int, cameras: int) -> StageTiming:
-    """Return the figures of one skeleton from one image of each camera."""
+    """Return the timing of one skeleton from one image per camera."""
     sensor, rig = find_sensor("azure-kinect"), standard_rig(cameras)
     stage = DepthStage.of(sensor, rig, perform(demo_motion(), DEFAULT), DEFAULT)
     images = [stage.camera(index) for index in range(cameras)]

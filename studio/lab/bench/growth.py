@@ -1,4 +1,4 @@
-"""Growth of time and memory: the live pipeline with cameras and joints, a whole take with its length."""
+"""Growth of time and memory: live pipeline over cameras and joints, whole take over its length."""
 
 import multiprocessing
 import time
@@ -16,11 +16,11 @@ from studio.take.raw.frames import camera_frame
 CAMERAS = tuple(range(1, 9))
 TAKES_S = (5.0, 10.0, 20.0, 40.0)
 BAR_CAMERAS, BAR_JOINT_SET = 4, "kinect-v2"
-"""The bar is for four cameras of 25 joints."""
+"""Case of the bar: four cameras of 25 joints."""
 
 
 class Growth(TypedDict):
-    """Growth of the live pipeline by number of cameras and of joints, and of a take's solve by its length [s]."""
+    """Timing of the live pipeline by number of cameras and of joints, and of a take's solve by its length [s]."""
 
     pipeline_by_cameras: dict[str, stages.StageTiming]
     pipeline_by_joints: dict[str, stages.StageTiming]
@@ -52,7 +52,7 @@ def growth(frames: int) -> Growth:
 
 
 def apart(seconds: float) -> dict[str, float]:
-    """Return time and peak memory of solving a take of this length by preset `finish`, in a separate process."""
+    """Return time and peak memory of solving a take of this length with preset `finish`, in a separate process."""
     context = multiprocessing.get_context("spawn")
     with context.Pool(1) as pool:
         return pool.apply(whole_take, (seconds,))

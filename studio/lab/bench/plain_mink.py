@@ -18,7 +18,7 @@ RETARGETING_GAIN, RETARGETING_MOST = 1e-3, 10
 
 
 class PlainMink:
-    """Follows joints with one FrameTask per joint and the model's limits."""
+    """Inverse kinematics with one FrameTask per joint and the model's limits."""
 
     def __init__(self, humanoid: Humanoid) -> None:
         self._configuration = mink.Configuration(humanoid.model, humanoid.rest_qpos)
@@ -43,11 +43,11 @@ class PlainMink:
 
 
 class RetargetingMink:
-    """Follows joints with General Motion Retargeting's use of mink: repeated while the error falls, two tables of
-    tasks.
+    """Inverse kinematics with mink as in General Motion Retargeting: two tables of tasks, repeated while the error
+    falls.
 
     Its settings, on this model with positions alone: DAQP, damping 0.5, Levenberg-Marquardt damping 1, the model's
-    limits; a table is solved, and up to ten times again while the norm of its error falls by more than 1e-3.
+    limits. Each table is solved once, and up to ten times more while its error's norm falls by more than 1e-3.
 
     Source: Araujo, Ze, et al., "Retargeting Matters: General Motion Retargeting for Humanoid Motion Tracking", 2025;
     the settings of its published program.

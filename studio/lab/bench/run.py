@@ -13,13 +13,13 @@ from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
 TURNS = 5
 TRACKED_CAMERAS = (1, 3)
 MOST_IMAGES = 120
-"""Most images rendered and tracked by the tracker's stages."""
+"""Maximum number of images rendered and tracked."""
 
 
 def run_bench(
     frames: int, *, progress: Callable[[float], None] | None = None
 ) -> dict[str, stages.StageTiming]:
-    """Return the figures of every stage by name, as in `bench --json`.
+    """Return the timing of every stage by name, as in `bench --json`.
 
     Args:
         frames: output frames per stage.
@@ -58,10 +58,10 @@ def run_bench(
 
 
 def people(frames: int) -> dict[str, stages.StageTiming]:
-    """Return the live pipeline's figures of one and two performers before four cameras, of the last of some turns.
+    """Return the live pipeline's timing for one and two performers and four cameras, from the last of several turns.
 
-    The ratio is the median over the turns, one then two, of the mean processor times: a busy machine changes it less.
-    Means, because every second frame has no new reading and takes half the time of the others.
+    The ratio is the median over turns (one, then two) of that of mean processor times; load changes it less.
+    Means, because every second frame has no new reading and takes half the time.
     """
     seconds = max(frames / stages.SETTINGS.output_hz, 20 / FRAMES_PER_SECOND)
     of = {count: make_stage(seconds, cameras=4, performers=count) for count in (1, 2)}

@@ -1,4 +1,4 @@
-"""The measured stages, each with the results of the stage before as input."""
+"""The measured stages; each takes the results of the previous stage as input."""
 
 import tempfile
 import time
@@ -79,7 +79,7 @@ def record(stage: DemoStage) -> StageTiming:
 
 
 def sync(stage: DemoStage, frames: list[CameraFrame]) -> tuple[StageTiming, list[FrameSet]]:
-    """One output frame: the frames since the last one added, and all cameras at one instant."""
+    """One output frame: adds the frames since the last one and returns all cameras at one instant."""
     synchroniser = Synchroniser(stage.calibration.cameras, ahead_ns=SETTINGS.ahead_ns)
     schedule = Schedule.of(SETTINGS)
     sets: list[FrameSet] = []
@@ -102,7 +102,7 @@ def sync(stage: DemoStage, frames: list[CameraFrame]) -> tuple[StageTiming, list
 
 
 def fusion(sets: list[FrameSet]) -> tuple[StageTiming, list[FusedSkeleton]]:
-    """One output frame: all cameras' skeletons to one, for a solve without the cameras' own joints."""
+    """One output frame: all cameras' skeletons fused into one, for a solve without the cameras' own joints."""
     fuse, fused = make_fusion(SETTINGS), []
     figures = per_frame(lambda frame_set: fused.append(fuse.fuse(frame_set)), sets)
     return figures, fused
@@ -214,7 +214,7 @@ def pipeline(stage: DemoStage) -> tuple[StageTiming, list[StepResult]]:
 
 
 def people_pipeline(stage: DemoStage, performers: int) -> StageTiming:
-    """One output frame of the whole live stage of several performers, all of whom are known from before."""
+    """One output frame of the whole live stage with several performers, all known in advance."""
     rest = stage.performer.offsets_m.copy()
     for joint, parent in enumerate(PARENTS):
         rest[joint] += rest[parent] if parent >= 0 else 0.0
@@ -240,7 +240,7 @@ def _decoded(stage: DemoStage, camera: str, data: bytes) -> CameraFrame:
 
 
 def _batches(stage: DemoStage) -> list[tuple[list[tuple[str, bytes]], int]]:
-    """Return the messages that come before each output frame, and its stage time [ns]."""
+    """Return the messages that arrive before each output frame, and its stage time [ns]."""
     schedule = Schedule.of(SETTINGS)
     batches: list[tuple[list[tuple[str, bytes]], int]] = []
     waiting: list[tuple[str, bytes]] = []
@@ -255,8 +255,8 @@ def _batches(stage: DemoStage) -> list[tuple[list[tuple[str, bytes]], int]]:
 
 
 def exports(poses: Poses) -> dict[str, StageTiming]:
-    """One frame of an export, as a share of a whole file of the poses, written a few times; formats without their
-    package are left out.
+    """One frame of each export: the time of a whole file, written a few times, divided by its frames. Formats without
+    their package are skipped.
     """
     out: dict[str, StageTiming] = {}
     with tempfile.TemporaryDirectory() as folder:

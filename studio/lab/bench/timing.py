@@ -1,4 +1,4 @@
-"""Measurement of the time of one frame of a stage."""
+"""Measurement of a stage's time per frame."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -9,11 +9,11 @@ import numpy as np
 Item = TypeVar("Item")
 
 WARM_UP = 10
-"""Frames at the beginning that do not count."""
+"""Number of initial frames that are not counted."""
 
 
 class StageTiming(TypedDict):
-    """A stage's entry in `bench --json`; the last ones are set where known."""
+    """A stage's entry in `bench --json`; optional fields are set where known."""
 
     median_ms: float
     p99_ms: float
@@ -26,7 +26,7 @@ class StageTiming(TypedDict):
 
 
 def per_frame(work: Callable[[Item], Any], items: Iterable[Item]) -> StageTiming:
-    """Return a stage's entry in `bench --json`: median and 99th percentile of a frame's time, and the rate.
+    """Return a stage's entry in `bench --json`: median and 99th percentile of the time per frame, and the rate.
 
     The rate is that of the whole run (frames divided by their total time), not of the median frame.
     `cpu_p99_ms` is that of the processor time: the time of a frame on an otherwise idle core.

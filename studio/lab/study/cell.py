@@ -36,7 +36,7 @@ KEPT: tuple[str, ...] = (
 
 
 class StudyStage:
-    """A recording with the shared data of its solves."""
+    """A recording with the data that its solves share."""
 
     def __init__(self, recording: StudyRecording) -> None:
         if recording.content:
@@ -73,7 +73,7 @@ class StudyStage:
 
 
 def _calibrated(frames: dict[str, list[CameraFrame]], until_s: float) -> tuple[str, Calibration | None]:
-    """Return the reason for a missing calibration, or the calibration; a refused one is not used."""
+    """Return the reason for a missing calibration, and the calibration; a refused one is not used."""
     try:
         found = calibrate(frames, until_s=until_s)
         if found.refused:
@@ -137,7 +137,7 @@ def _measure(
 
 
 def moved_frames(poses: Poses, beside: Poses) -> np.ndarray:
-    """Return the frames in which a joint is at least 10 cm from its place in `beside`, shape (frame_count,)."""
+    """Return a mask of the frames with a joint at least 10 cm from its place in `beside`, shape (frame_count,)."""
     count = min(poses.frame_count, beside.frame_count)
     distance = np.linalg.norm(
         canonical_positions(poses)[:count] - canonical_positions(beside)[:count], axis=2

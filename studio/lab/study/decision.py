@@ -15,7 +15,7 @@ RULE = (
 
 
 class Decision(TypedDict):
-    """A component: its mean figures here and those of the thesis, votes `for` it `of` all, and whether it is kept."""
+    """A component: mean figures here and in the thesis, votes `for` it `of` all, and whether it is kept."""
 
     component: str
     figures: dict[str, float | None]
@@ -27,7 +27,7 @@ class Decision(TypedDict):
 
 
 def decisions(results: Results, votes: Votes) -> list[Decision]:
-    """Return a row for each component of which the study has recordings."""
+    """Return a row for each component with recordings in the study."""
     return [_row(one, results, votes) for one in COMPONENTS if results.of(one.condition)]
 
 
@@ -60,7 +60,7 @@ def _kept(one: Component, results: Results, cast: tuple[int, int] | None) -> str
 
 
 def decision_rows(rows: list[Decision]) -> list[list[str]]:
-    """Return the table for the terminal, its heading first."""
+    """Return the table for the terminal, heading first."""
     names = [*FOUR, "cleanup_events_per_min"]
     out = [["6.1 Components", *(LABELS[name].split(",")[0] for name in names), "votes", "kept"]]
     for row in rows:

@@ -1,4 +1,4 @@
-"""The report of a study: `study.json`, tables as text, a plot of each table, and one page."""
+"""The report of a study: `study.json`, tables as text, plots of each table, and one page."""
 
 from pathlib import Path
 
@@ -99,7 +99,7 @@ def _marked(one: ThesisFinding) -> str:
 
 
 def _switches(results: Results, out: Path) -> list[str]:
-    """Each single switch of the presets `thesis` and `studio`: its effect with two cameras."""
+    """The effect of each single switch of the presets `thesis` and `studio`, with two cameras."""
     parts = []
     for preset in ("thesis", "studio"):
         charts = []

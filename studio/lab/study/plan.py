@@ -1,4 +1,4 @@
-"""Recordings and solves of a study: motions x cameras x interference x seeds, and the switches of each."""
+"""Recordings of a study (motions x cameras x interference x seeds), and the switches of their solves."""
 
 import hashlib
 import json
@@ -10,7 +10,7 @@ from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.model.settings.settings import parse_settings
 
 FORMAT = 1
-"""Version of the cells; a new one makes them all again."""
+"""Version of the cells; a new one invalidates them."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Variant:
     Attributes:
         name: in tables and files.
         preset, changes: as in `--preset` and `--set`.
-        against: another variant; the share of frames with a joint 10 cm from its place there is measured.
+        against: another variant; the share of frames with a joint at least 10 cm from its place there is measured.
     """
 
     name: str
@@ -34,9 +34,9 @@ class StudyRecording:
     """One simulated take.
 
     Attributes:
-        motion: a movement's name or the path of an animation; content: hash of that file, empty for a movement.
-        cameras, interference, seed: see `simulator.seen.see`.
-        unit_m: metres per unit of a BVH; None = by its height.
+        motion: name of a movement or path of an animation; content: hash of that file, empty for a movement.
+        cameras, interference, seed: see `simulator.joints.seen.see`.
+        unit_m: metres per unit of a BVH; None = from its height.
     """
 
     motion: str
@@ -60,9 +60,9 @@ class Cell:
 
     @property
     def key(self) -> str:
-        """Hash of all inputs of the figures, the file's name."""
+        """Hash of all inputs of the figures; it names the file."""
         recording = asdict(self.recording)
-        if self.recording.content:  # independent of the file's place
+        if self.recording.content:  # independent of the file's path
             recording["motion"] = self.recording.title
         settings = parse_settings(self.variant.preset, self.variant.changes).to_json()
         value = [FORMAT, recording, settings, self.variant.against]
@@ -116,7 +116,7 @@ WITHOUT: tuple[Variant, ...] = tuple(
         "look_at=off", "fusion=robust", "confidence_threshold=0.0",
     )
 )  # fmt: skip
-"""Effect of each part of the retained combination: the combination with one switch changed."""
+"""Ablation of the retained combination: one switch changed at a time."""
 
 SINGLE: tuple[Variant, ...] = tuple(
     Variant(f"studio:{change}", "studio", (change,))
@@ -127,19 +127,19 @@ SINGLE: tuple[Variant, ...] = tuple(
         "smoothing=one_euro:after", "look_at=off", "hands=off", "floor_contact=off", "output_hz=30",
     )
 )  # fmt: skip
-"""The same with preset `studio`."""
+"""Ablation of preset `studio`."""
 
 CHAIN: tuple[Variant, ...] = (
     *(one for one in THESIS if one.name in ("previous_pose", "limits")),
     Variant("limits_bone_length", "raw", (*_PREVIOUS, "human_limits=on", "bone_length_limit=2")),
 )
-"""From the fused skeleton to the retained combination, part by part."""
+"""Steps from the fused skeleton to the retained combination."""
 
 UNSURE = Variant("raw:confidence_threshold=0.0", "raw", ("confidence_threshold=0.0",))
 """The mean without the thesis's threshold of 75 % confidence."""
 
 ROBUST = Variant("raw:fusion=robust", "raw", ("fusion=robust",))
-"""Robust fusion instead of the mean, which shows the cost of wrong cameras for the mean."""
+"""Robust fusion instead of the mean; it shows what wrong cameras cost the mean."""
 
 PHYSICS = Variant("finish:physics=on", "finish", ("physics=on",))
 
@@ -161,9 +161,9 @@ def make_plan(
     unit_m: float | None,
     short: bool = False,
 ) -> Study:
-    """Return the study of these animations, or by default of the thesis's four movements.
+    """Return the study of these animations, by default of the thesis's four movements.
 
-    One camera is not disturbed by any other; more are recorded twice, with and without interference.
+    A single camera has no interference; more cameras are recorded twice, with and without it.
 
     Raises:
         FormatError: a motion that is missing.

@@ -31,23 +31,23 @@ class Change:
 
     @property
     def share(self) -> float | None:
-        """The difference as a share of `before`; None if that is not above 0."""
+        """Difference as a share of `before`; None if `before` is not above 0."""
         return self.difference / self.before if self.before > 0 else None
 
     @property
     def direction(self) -> int:
-        """-1 fallen, 1 risen, 0 if the interval contains 0."""
+        """-1 = fallen, 1 = risen, 0 = the interval contains 0."""
         return -1 if self.high < 0 else 1 if self.low > 0 else 0
 
 
 class CellJson(TypedDict):
-    """A solve of a study as its file holds it.
+    """A solve of a study as stored in its file.
 
     Attributes:
         changes: the switches of the variant, as `KEY=VALUE`.
-        problem: why there are no figures, or empty.
-        figures: by name, as of an `Evaluation`.
-        moved_10cm: frames in which a joint lies 10 cm from its place without the variant's switch, and all.
+        problem: reason why there are no figures, or empty.
+        figures: by name, as in an `Evaluation`.
+        moved_10cm: number of frames in which the switch moves a joint by at least 10 cm, and of all.
         cpu_s: computing time [s].
     """
 
@@ -75,11 +75,11 @@ class Results:
             self._by.setdefault(key, {})[cell["motion"], cell["seed"]] = cell
 
     def of(self, condition: Condition) -> dict[tuple[str, int], CellJson]:
-        """The cells of a condition by motion and seed, those with a problem too."""
+        """The cells of a condition by motion and seed, including those with a problem."""
         return self._by.get((condition.variant, condition.cameras, condition.interference), {})
 
     def values(self, condition: Condition, figure: str) -> dict[tuple[str, int], float]:
-        """A figure by motion and seed, where it was measured."""
+        """A figure by motion and seed, where measured."""
         return {
             key: float(cell["figures"][figure])
             for key, cell in self.of(condition).items()
@@ -110,6 +110,6 @@ class Results:
         return [cell["problem"] for cell in self.of(condition).values() if cell["problem"]]
 
     def moved_share(self, condition: Condition) -> tuple[int, int] | None:
-        """Number of frames in which a switch moved a joint by 10 cm, and of all."""
+        """Number of frames in which a switch moved a joint by at least 10 cm, and of all."""
         found = [cell["moved_10cm"] for cell in self.of(condition).values() if "moved_10cm" in cell]
         return (sum(one[0] for one in found), sum(one[1] for one in found)) if found else None

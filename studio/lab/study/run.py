@@ -17,10 +17,10 @@ from studio.lab.study.plan import Cell, Study
 from studio.lab.study.results import CellJson
 
 CELLS = "cells"
-"""Folder of the cells' files inside that of the study."""
+"""Name of the folder of cell files in the study's folder."""
 
 _LOOK_S = 1.0
-"""Interval at which finished cells are counted."""
+"""Interval between counts of finished cells."""
 
 
 def run_study(
@@ -86,13 +86,12 @@ def run_study(
 
 
 def _begin() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the command, which ends its processes
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # only the command handles Ctrl-C; it ends its processes
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
-    """End this process with its parent, so that a killed command leaves none running. A cell's file is whole or
-    missing."""
+    """End this process with its parent, so that a killed command leaves none running. Cell files stay intact."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

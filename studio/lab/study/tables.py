@@ -1,4 +1,4 @@
-"""A table of the thesis with the study's figures beside: as JSON, on the terminal, and as charts."""
+"""A table of the thesis next to the study's figures: as JSON, on the terminal, as HTML, and as charts."""
 
 from typing import TypedDict
 
@@ -9,8 +9,8 @@ from studio.review.report.page import Markup, html_table
 
 
 class FigureJson(TypedDict):
-    """A figure of a condition: its mean, its change against the table's base over `pairs`, 95 % intervals; null where
-    it was not measured."""
+    """A figure of a condition: its mean, its change from the table's base over `pairs`, 95 % intervals; null = not
+    measured."""
 
     mean: float | None
     interval_95: list[float] | None
@@ -20,7 +20,7 @@ class FigureJson(TypedDict):
 
 
 class ConditionJson(TypedDict):
-    """A condition: its recordings, how many had a problem, its figures here and those of the thesis."""
+    """A condition: number of recordings and of those with a problem, figures here and in the thesis."""
 
     condition: str
     variant: str
@@ -42,7 +42,7 @@ class TableJson(TypedDict):
 
 
 def here(table: Table, results: Results) -> list[Condition]:
-    """The conditions of a table with recordings in the study."""
+    """Conditions of a table that have recordings in the study."""
     return [condition for condition in table.conditions if results.of(condition)]
 
 
@@ -82,7 +82,7 @@ def _figure(table: Table, condition: Condition, name: str, results: Results) -> 
 
 
 def table_text(table: Table, results: Results) -> list[list[str]]:
-    """Return a table's rows for the terminal: a figure a row, `study (thesis)` a column."""
+    """Return a table's rows for the terminal: one row per figure, cells as `study (thesis)`."""
     conditions = here(table, results)
     rows = [[f"{table.number} {table.title}", *(condition.title for condition in conditions)]]
     for index, name in enumerate(LABELS):
@@ -97,7 +97,7 @@ def table_text(table: Table, results: Results) -> list[list[str]]:
 
 
 def table_html(table: Table, results: Results) -> str:
-    """Return a table: a figure a row; in a cell the study's mean, its change, and the thesis's figure."""
+    """Return a table, one row per figure; cells have the study's mean, its change, the thesis's figure."""
     conditions = here(table, results)
     rows = [
         [LABELS[name], *(_cell(table, condition, name, results) for condition in conditions)]
@@ -123,7 +123,7 @@ def _cell(table: Table, condition: Condition, name: str, results: Results) -> st
 
 
 def table_charts(table: Table, results: Results) -> dict[str, str]:
-    """Return an SVG for each of the thesis's four figures and for the clean-up, by name of the figure."""
+    """Return an SVG for each of the thesis's four figures and for the clean-up, by the figure's name."""
     conditions = here(table, results)
     charts = {}
     for name in (*FOUR, "cleanup_events_per_min"):

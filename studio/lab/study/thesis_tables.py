@@ -1,4 +1,4 @@
-"""The figures of the thesis's tables 5.1 to 5.6 and 6.1, and the solves that repeat them.
+"""The figures of the thesis's tables 5.1 to 5.6 and 6.1, and the solves that reproduce them.
 
 Source: Ménard, "Génération d'animations par capture de mouvements avec multiples caméras 3D", École Polytechnique de
 Montréal 2014.
@@ -17,7 +17,7 @@ LABELS: dict[str, str] = {
     "mpjpe_mm": "joint error, mm",
     "cleanup_events_per_min": "clean-up events a minute",
 }
-"""All figures of the tables; the last two are not the thesis's."""
+"""All figures of the tables; the last two are not in the thesis."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class Condition:
     """A column of a table.
 
     Attributes:
-        title: its heading.
-        variant, cameras, interference: its cells.
-        thesis: the thesis's four figures, or None if it has no such column.
+        title: heading.
+        variant, cameras, interference: key of its cells.
+        thesis: the thesis's four figures; None if it lacks this column.
     """
 
     title: str
@@ -39,7 +39,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of the thesis; changes are relative to the first condition, or to that named in `bases`."""
+    """A table of the thesis; changes are relative to the first condition."""
 
     number: str
     title: str
@@ -123,7 +123,7 @@ TABLES: tuple[Table, ...] = (
 )
 
 MOVED_SHARE = (3437, 6227)
-"""Frames in which limits and relax pose moved a joint by at least 10 cm, of all (5.6.3)."""
+"""Frames in which limits and relax pose moved a joint by at least 10 cm, and all frames (5.6.3)."""
 
 HEADLINE: dict[str, float] = {"absolute_difference_cm": -0.309, "shortest_distance_cm": -0.477}
 """Change from one raw camera to the retained combination (5.6.7)."""
@@ -134,10 +134,10 @@ class Component:
     """A row of table 6.1.
 
     Attributes:
-        title: its name.
-        condition: its cells; `base`: the baseline.
+        title: name.
+        condition: with the component; `base`: the baseline.
         thesis: the thesis's four figures; votes: for it, of 66; kept: the thesis's decision.
-        sides: conditions of a blind test: for it, against it.
+        sides: conditions of a blind test, for and against it.
     """
 
     title: str
@@ -189,4 +189,4 @@ COMPONENTS: tuple[Component, ...] = (
     Component("preset studio, 2 cameras", Condition("", "studio", 2, True), _RAW, None, "-", "-"),
     Component("preset finish, 2 cameras", Condition("", "finish", 2, True), _RAW, None, "-", "-"),
 )  # fmt: skip
-"""Table 6.1; the last two rows and the clean-up are not the thesis's."""
+"""Table 6.1; the last two rows and the clean-up are not in the thesis."""

@@ -8,11 +8,11 @@ from studio.review.blind.results import results
 from studio.review.blind.store import FOLDER
 
 Votes = dict[tuple[str, str], tuple[int, int]]
-"""(condition, against) -> number of votes for it, and of all choices."""
+"""(condition, other) -> number of votes for the condition, and of all choices."""
 
 
 def read_votes(folder: Path) -> Votes:
-    """Return all votes of the blind tests in a folder: `sessions/blind`, or that of one test.
+    """Return all votes of the blind tests in a folder: `sessions/blind`, or the folder of one test.
 
     Raises:
         FormatError: no blind test there.

@@ -1,4 +1,4 @@
-"""Statements on agreement with the thesis, all derived from figures."""
+"""Statements on agreement with the thesis, all derived from the figures."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -7,7 +7,7 @@ from studio.lab.study.results import Change, Results
 from studio.lab.study.thesis_tables import FOUR, HEADLINE, LABELS, MOVED_SHARE, TABLES, Condition, Table
 
 ALIKE = 0.05
-"""Smallest change in the thesis that counts, as a share; the thesis gives no intervals."""
+"""Smallest relative change in the thesis that counts; the thesis gives no intervals."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class ThesisFinding:
 
 
 def _short(name: str) -> str:
-    """A figure's words without its unit."""
+    """A figure's label without its unit."""
     return LABELS[name].split(",")[0]
 
 
@@ -66,7 +66,7 @@ def _finding(
 
 
 def reasons(table: Table, results: Results) -> list[str]:
-    """Return the evidence of the study's own extra columns on the causes, as sentences."""
+    """Return sentences on the causes, from the evidence in the study's own extra columns."""
     return {
         "5.1": _cameras, "5.2": _inverse_kinematics, "5.3": _limits, "5.5": _displacement, "5.6": headline,
     }.get(table.number, _nothing)(results)  # fmt: skip
@@ -259,7 +259,7 @@ def ablation(results: Results) -> list[str]:
 
 
 def _best_step(steps: list[tuple[str, float, float]]) -> str:
-    """The best point of the chain, and the step with the largest loss."""
+    """Best point of the chain, and the step with the largest loss."""
     first, best = steps[0], min(steps[1:], key=lambda step: step[1])
     shares = [100 * (after / before - 1) for after, before in zip(best[1:], first[1:], strict=True)]
     rises = [(after[1] - before[1], after[0]) for before, after in pairwise(steps)]
@@ -275,7 +275,7 @@ def _best_step(steps: list[tuple[str, float, float]]) -> str:
 
 
 def singles(results: Results, preset: str, figure: str) -> list[tuple[str, Change]]:
-    """Return the change of a figure by each single switch of a preset, with two cameras that disturb each other."""
+    """Return the change of a figure by each single switch of a preset, with two interfering cameras."""
     base = Condition("", preset, 2, True)
     names = dict.fromkeys(
         cell["variant"] for cell in results.cells if cell["variant"].startswith(f"{preset}:")

@@ -2,5 +2,5 @@
 
 `model` defines a test, `bake` makes animations that differ in the motion only, `draw` gives every voter an
 order and sides, `store` keeps tests and votes on disk, `desk` runs the open tests, and `results` counts, with
-`statistics`. `thesis` has the pairs of the thesis. The web side is in `blind` and `vote` of `studio.api.sharing`.
+`statistics`. `thesis` has the pairs of the thesis. The HTTP side is in `blind` and `vote` of `studio.api.sharing`.
 """

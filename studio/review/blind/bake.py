@@ -1,8 +1,8 @@
 """The animations of a test: both of a pair on one character, at 60 Hz, different in the motion only.
 
-A solve's world rotations and the path of its hips are applied to the character; bone lengths are the character's. Of
-several performers all are shown, in the same colours on both sides. A voter receives a GLB without a name,
-uncompressed, of equal size within a pair, with the same bytes except for the keys' values.
+The character keeps its bone lengths and gets a solve's world rotations and hip path. Several performers are all
+shown, in the same colours on both sides. A voter receives an uncompressed GLB without a name. The two files of a
+pair have the same size and the same bytes, except for the values of the keys.
 """
 
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ from studio.take.folder.take import Take
 
 HZ = 60.0
 HEAD_JOINT_OF_HEIGHT = 0.93
-"""Height of the head's joint, in the middle of the head, as a share of a person's height."""
+"""Height of the head joint, in the middle of the head, as a share of a person's height."""
 
 NAME = "clip"
 
@@ -41,7 +41,7 @@ NAME = "clip"
 def bake_pairs(pairs: list[tuple[Pair, Take, Take]], body: str) -> list[tuple[bytes, bytes]]:
     """Return the two GLB files of each pair, given the takes of its sides and one of the mannequin's `BODIES`.
 
-    The character has the proportions of the first take's performer, else of the second's. Several performers are all
+    The character has the proportions of the first take's performer, or else the second's. Several performers are all
     shown, each with the bones of the first side's solve. Errors as `bake_pair` and `bake_scene`.
     """
     baked = []
@@ -74,7 +74,7 @@ def bake_pair(
         poses: of the sides; each begins at its own first frame.
         sides: the keys and their interpolation.
         performer: proportions of the character; None uses those of the first side's solve.
-        start_s, end_s: the shown part [s from the first frame]; end_s 0 = up to the end of the shorter one.
+        start_s, end_s: the shown part [s from the first frame]; end_s 0 = until the shorter one ends.
         body: one of the mannequin's `BODIES`.
 
     Raises:
@@ -102,13 +102,13 @@ def bake_scene(
     """Return the two GLB files of a pair with several performers, each in their colour.
 
     Args:
-        casts: of both sides, the poses by the performer's number. A side begins with the first frame of any; who is
-            not there stands still.
+        casts: poses by performer number, for both sides. A side begins with the first frame of any performer; absent
+            performers stand still.
         sides, start_s, end_s, body: as `bake_pair`.
 
     Raises:
         FormatError: a solve of another skeleton.
-        SettingsError: the sides have other performers, or the part is too short, too long, or missing.
+        SettingsError: the sides differ in performers, or the part is too short, too long, or missing.
     """
     first, second = (_on_one_clock(cast) for cast in casts)
     if [*first] != [*second]:
@@ -172,10 +172,10 @@ def _shown(poses: tuple[Poses, Poses], start_s: float, end_s: float) -> NDArray[
 
 
 def _alike(first: bytes, second: bytes) -> tuple[bytes, bytes]:
-    """Return both files, which are of one size.
+    """Check that both files have one size; return them.
 
     Raises:
-        FormatError: they are not.
+        FormatError: the sizes differ.
     """
     if len(first) != len(second):
         raise FormatError(
@@ -226,7 +226,7 @@ def _on_character(poses: Poses, side: Side, times: NDArray[np.float64], skeleton
 
 
 def _leg_m(poses: Poses) -> float:
-    """Height of the hips over the floor in a T-pose, from the bones of the leg and the lowest toes [m]."""
+    """Height of the hips above the floor in a T-pose, from the leg bones and the lowest toes [m]."""
     chain = [OUTPUT_INDEX[name] for name in ("LeftUpLeg", "LeftLeg", "LeftFoot")]
     bones = np.linalg.norm(np.diff(poses.positions_m[:, chain], axis=1), axis=2)
     ankle = np.percentile(poses.positions_m[:, chain[-1], 2], 5)
@@ -266,7 +266,7 @@ def _between(
 def _cubic(
     keys: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Values at times by cubics with central-difference slopes, as in exports."""
+    """Values at times from cubics with central-difference slopes, as in exports."""
     if len(keys) < 2:
         return np.repeat(values, len(at), axis=0)
     return CubicHermiteSpline(keys, values, np.gradient(values, keys, axis=0))(at)
@@ -283,7 +283,7 @@ def glb(poses: Poses, skeleton: Skeleton, body: str = BODIES[0]) -> bytes:
 
 
 def _with_offsets(motion: LocalMotion, skeleton: Skeleton) -> LocalMotion:
-    """Return a motion whose rest equals the character's to the last bit, despite rounding."""
+    """Return a motion with exactly the character's rest offsets, without rounding differences."""
     offsets = to_file_axes(skeleton.offsets_m)
     offsets[0] = (0.0, skeleton.offsets_m[0, 2], 0.0)
     return replace(motion, name=NAME, offsets_m=offsets, positions_m={0: motion.positions_m[0]})

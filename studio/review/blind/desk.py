@@ -1,4 +1,4 @@
-"""The desk: open tests, their voters, and every vote. Safe from any thread."""
+"""The desk: open tests, their voters, and every vote. Thread-safe."""
 
 import hashlib
 import secrets
@@ -25,15 +25,15 @@ MAX_WATCHED_S = 3600.0
 CACHED = 64
 
 Bake = Callable[[tuple[Pair, ...]], list[tuple[bytes, bytes]]]
-"""Makes the two animations of each pair."""
+"""Function that makes the two animations of each pair."""
 
 
 class NoSuchTest(StudioError):
-    """An invalid link or key; a voter is told no more than that."""
+    """An invalid link or key; voters get no further details."""
 
 
 class VotingClosed(StudioError):
-    """The test takes no votes, or no more voters."""
+    """The test accepts no votes, or no more voters."""
 
 
 class TooMany(StudioError):
@@ -213,7 +213,7 @@ class Desk:
         return test.is_open(self._now())
 
     def join(self, token: str, name: str = "") -> str:
-        """Register a new voter; return the secret with which they come back.
+        """Register a new voter; return the secret that identifies them later.
 
         Raises:
             NoSuchTest: a wrong link.
@@ -249,7 +249,7 @@ class Desk:
     def vote(
         self, token: str, key: str, slot: int, choice: str, *, watched_s: float = 0.0, comment: str = ""
     ) -> None:
-        """Store a vote in place of the voter's last one on this slot; it is on disk when this returns.
+        """Store a vote, which replaces the voter's last one on this slot; it is on disk when this returns.
 
         Raises:
             NoSuchTest: a wrong link or secret.
@@ -290,10 +290,10 @@ class Desk:
             voter.votes[slot] = event
 
     def showing(self, token: str, key: str, slot: int) -> tuple[BlindTest, Showing]:
-        """Return the pair at a place of a voter's order.
+        """Return the pair at a position in a voter's order.
 
         Raises:
-            NoSuchTest: a wrong link or secret, or no such place.
+            NoSuchTest: a wrong link or secret, or no such position.
         """
         test, voter = self.voter(token, key)
         shown = showings(test, voter.number)

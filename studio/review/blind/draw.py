@@ -1,4 +1,4 @@
-"""Random but balanced orders and sides of each voter, all drawn from the test's seed."""
+"""Random but balanced orders and sides for each voter, all drawn from the test's seed."""
 
 from dataclasses import dataclass
 
@@ -21,8 +21,8 @@ class Showing:
 def showings(test: BlindTest, voter: int) -> tuple[Showing, ...]:
     """Return the pairs of the voter with this number (from 0, in the order of joining), in the order shown.
 
-    Every order is equally likely. Voters 2k and 2k + 1 have opposite sides throughout, so that sides are balanced; a
-    repeat has its sides exchanged. In a supervised test all see the same.
+    Every order is equally likely. Voters 2k and 2k + 1 have opposite sides throughout, so that sides are balanced. A
+    repeat exchanges the sides. In a supervised test, all voters see the same.
     """
     number = 0 if test.rules.supervised else voter
     order = np.random.default_rng([test.seed, _ORDERS, number]).permutation(len(test.slots))

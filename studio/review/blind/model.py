@@ -20,9 +20,9 @@ class Side(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One animation of a pair.
 
     Attributes:
-        condition: its name in the results, such as `limits on`; voters never see it.
+        condition: name in the results, such as `limits on`; voters never see it.
         take: id, session/name; solve: name of the solve.
-        key_hz: keys a second of the shown animation; 0 keeps the solve's.
+        key_hz: keys per second of the shown animation; 0 keeps the solve's.
         interpolation: between those keys: `linear`, `held` (none) or `cubic`.
     """
 
@@ -53,7 +53,7 @@ class Rules(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         max_voters: later voters are told that the test is full.
         closes: ISO 8601 with its offset, or empty; later votes are refused.
         supervised: everybody sees the pair that the operator shows.
-        body: of the mannequin, on both sides of all pairs.
+        body: the mannequin's, on both sides of all pairs.
     """
 
     allow_none: bool = False
@@ -69,8 +69,8 @@ class BlindTest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A stored test.
 
     Attributes:
-        id: name in the API; token: the secret in the voters' link, empty once it was revoked.
-        title, question: shown to voters.
+        id: name in the API; token: the secret in the voters' link, empty once revoked.
+        title, question: texts shown to voters.
         seed: of all draws of orders and sides.
         repeated: indices of the pairs shown twice.
         created: ISO 8601, UTC; closed: when the operator ended it, or empty.
@@ -96,7 +96,7 @@ class BlindTest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def slots(self) -> tuple[tuple[int, bool], ...]:
-        """All slots of a voter: (pair, whether it is the repeat), each once."""
+        """All slots of a voter, each once: (pair, whether it is the repeat)."""
         return (*((i, False) for i in range(len(self.pairs))), *((i, True) for i in self.repeated))
 
     def is_open(self, now: datetime) -> bool:
@@ -188,7 +188,7 @@ def from_json(value: Any) -> BlindTest:
     """Return the test in a decoded `test.json`.
 
     Raises:
-        FormatError: it is no test.
+        FormatError: it is not a test.
     """
     try:
         return msgspec.convert(value, BlindTest)

@@ -14,11 +14,11 @@ from studio.review.blind.store import VoteEvent
 
 
 class PairResult(Struct):
-    """Votes on a pair, by its index; repeats do not count. `of` votes are for a side, `share` of them for `a`.
+    """Votes on the pair with this index, without repeats. `of` votes are for a side, `share` of them for `a`.
 
     Attributes:
-        a, b: what the sides stand for.
-        share, low, high, p_value: as of `VoteShare`.
+        a, b: conditions of the sides.
+        share, low, high, p_value: as in `VoteShare`.
         p_holm: the p-value corrected for the number of pairs.
     """
 
@@ -38,7 +38,7 @@ class PairResult(Struct):
 
 
 class Ranked(Struct):
-    """A condition and its strength; those of all conditions sum to 1."""
+    """A condition and its strength; all strengths sum to 1."""
 
     condition: str
     strength: float
@@ -51,7 +51,7 @@ class SideBias(Struct):
 
 
 class Consistency(Struct):
-    """In how many repeats (`of`) a voter chose the same animation again with exchanged sides; None without any."""
+    """Repeats, of all (`of`), in which a voter chose the same animation with exchanged sides; None without any."""
 
     same: int
     of: int
@@ -60,7 +60,7 @@ class Consistency(Struct):
 
 
 class Comment(Struct):
-    """What a voter wrote on a pair, by its index, the condition that they chose, and when (ISO 8601, UTC)."""
+    """A voter's comment on the pair with this index, the condition that they chose, the time (ISO 8601, UTC)."""
 
     voter: str
     pair: int
@@ -75,7 +75,7 @@ class BlindResults(Struct):
     Attributes:
         closed: when the operator ended it, or empty.
         finished: number of voters who voted on all.
-        ranking: the conditions if there are more than two, the strongest first; no preference is half a vote each.
+        ranking: conditions, if more than two, the strongest first; no preference counts as half a vote each.
         watched_s: median time for which a pair was on the screen [s]; None without votes.
     """
 
@@ -233,5 +233,5 @@ def votes_csv(test: BlindTest, voters: list[Voter]) -> str:
 
 
 def _plain(text: str) -> str:
-    """A text that no spreadsheet reads as a formula."""
+    """Text that no spreadsheet reads as a formula."""
     return f"'{text}" if text[:1] in "=+-@\t\r" else text

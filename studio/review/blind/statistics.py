@@ -1,4 +1,4 @@
-"""Statistics of votes: shares, tests, and strengths of more than two conditions."""
+"""Statistics of votes: shares, tests, and strengths for more than two conditions."""
 
 import numpy as np
 from msgspec import Struct
@@ -9,13 +9,13 @@ BT_TOLERANCE = 1e-10
 
 
 class VoteShare(Struct, frozen=True):
-    """Votes of one condition among all choices.
+    """Votes for one condition among all choices.
 
     Attributes:
         votes, of: number of its votes, and of all.
-        share: votes / of; NaN without votes, which is null in an answer.
+        share: votes / of; NaN without votes (null in a response).
         low, high: 95 % interval (Wilson, "Probable inference", JASA 1927).
-        p_value: of the exact two-sided binomial test of a half.
+        p_value: of the exact two-sided binomial test against a half.
     """
 
     votes: int
@@ -50,8 +50,8 @@ def holm(p_values: list[float]) -> list[float]:
 def bradley_terry(wins: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return strengths of conditions that sum to 1, shape (n,), by the MM algorithm.
 
-    Half a win is added to both sides of every compared pair, so that a condition that never lost has a
-    finite strength. Source: Hunter, "MM algorithms for generalized Bradley-Terry models", Annals of Statistics 2004.
+    Both sides of every compared pair get half a win, so that the strength of a condition that never lost is
+    finite. Source: Hunter, "MM algorithms for generalized Bradley-Terry models", Annals of Statistics 2004.
 
     Args:
         wins: number of choices of the row's condition over the column's, shape (n, n); a tie is half a win each.

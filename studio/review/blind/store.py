@@ -1,8 +1,8 @@
 """Tests and votes on disk: `sessions/blind/<id>/` with test.json, key.json, animations/ and votes.jsonl.
 
-A test owns its animations, so later changes of solves do not affect it. `key.json` tells which animation is
-which, with the hashes of the files. Its own hash, the seal, is in `test.json` from the beginning, as evidence
-that nothing was changed. A vote is a line that is on disk before it is confirmed.
+A test owns its animations, so later changes of solves do not affect it. `key.json` maps animations to solves, with
+the hashes of the files. Its own hash, the seal, is in `test.json` from the beginning, as evidence that nothing was
+changed. A vote is a line that is on disk before it is confirmed.
 """
 
 import hashlib
@@ -28,7 +28,7 @@ class VoteEvent(msgspec.Struct, frozen=True):
     Attributes:
         voter: number of the voter, from 0 in the order of joining.
         at: ISO 8601, UTC.
-        key_hash: of a joining voter's secret; name: their name or code.
+        key_hash: hash of a joining voter's secret; name: their name or code.
         slot: position in the voter's order; -1 for joining.
         choice: `left`, `right` or `none`; empty for joining.
         watched_s: time for which the pair was on the screen; comment: the voter's text.
@@ -51,7 +51,7 @@ class KeySide(Side, frozen=True, kw_only=True):
 
 
 class KeyPair(msgspec.Struct, frozen=True):
-    """A pair of the key: its index, and what its animations `a` and `b` are."""
+    """A pair of the key: its index and its animations `a` and `b`."""
 
     pair: int
     a: KeySide
@@ -59,7 +59,7 @@ class KeyPair(msgspec.Struct, frozen=True):
 
 
 class Key(msgspec.Struct, frozen=True):
-    """The content of `key.json`: the test's id and title, when it was made (ISO 8601, UTC), the seed of its draws."""
+    """Content of `key.json`: the test's id, title, time of creation (ISO 8601, UTC) and seed of its draws."""
 
     test: str
     title: str
@@ -69,7 +69,7 @@ class Key(msgspec.Struct, frozen=True):
 
 
 class OpenedKey(Key, frozen=True, kw_only=True):
-    """A key, the seal of its test, and whether the file is still the sealed one."""
+    """A key, the seal of its test, and whether the file still matches the seal."""
 
     seal: str
     seal_holds: bool
@@ -125,13 +125,13 @@ def save(sessions: Path, test: BlindTest) -> None:
     """Write a test's `test.json`.
 
     Raises:
-        StudioError: the disk refuses; the old one stays.
+        StudioError: the disk refuses; the old file stays.
     """
     write_json(folder_of(sessions, test.id) / "test.json", msgspec.to_builtins(test))
 
 
 def load_all(sessions: Path) -> tuple[list[BlindTest], list[str]]:
-    """Return all readable tests, the oldest first, and a sentence for each other one."""
+    """Return all readable tests, oldest first, and a sentence about each unreadable one."""
     tests, problems = [], []
     for path in sorted((sessions / FOLDER).glob("*/test.json")):
         try:
@@ -169,7 +169,7 @@ def animation(sessions: Path, test: BlindTest, pair: int, side: str) -> bytes:
 
 
 def read_events(sessions: Path, test_id: str) -> list[VoteEvent]:
-    """Return the events of a test; a line that a crash interrupted is left out."""
+    """Return the events of a test; a line that a crash interrupted is skipped."""
     path = folder_of(sessions, test_id) / "votes.jsonl"
     if not path.is_file():
         return []
@@ -192,7 +192,7 @@ def append_event(sessions: Path, test_id: str, event: VoteEvent) -> None:
     try:
         with path.open("ab") as file:
             if file.tell() > 0 and not _ends_with_line(path):
-                file.write(b"\n")  # an interrupted line stays a line of its own
+                file.write(b"\n")  # keeps an interrupted line separate
             file.write(msgspec.json.encode(event) + b"\n")
             file.flush()
             os.fsync(file.fileno())

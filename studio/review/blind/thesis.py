@@ -1,6 +1,6 @@
 """The pairs that the thesis showed, as a test of any take: the solves, and the pairs of solves.
 
-Source: Ménard 2014, chapters 5.6 and 6.2. Each pair differs from the settings that the thesis retained in one point.
+Source: Ménard 2014, chapters 5.6 and 6.2. Each pair departs in one point from the settings that the thesis retained.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from studio.review.blind.model import Interpolation, Pair, Side
 QUESTION = "Which of the two movements looks better?"
 PREFIX = "blind_"
 KEYS_HZ = 15.0
-"""Keys of the pair about interpolation: few enough that holding them is visible."""
+"""Key rate of the pair about interpolation, low enough that held keys are visible."""
 
 
 @dataclass(frozen=True)

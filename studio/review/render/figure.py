@@ -33,7 +33,7 @@ class Projection:
     Attributes:
         yaw_deg: direction of the viewer: 0 = in front of the T-pose (at -y), 90 = at +x.
         elevation_deg: angle of the viewer above the horizon.
-        width: of the picture [px]; `height` likewise.
+        width, height: size of the picture [px].
         pixels_per_m: scale.
         target_m: stage point at (width / 2, `horizon` * height).
     """
@@ -109,7 +109,7 @@ def _colours(
     shares: NDArray[np.float64],
     tint: tuple[int, int, int] | None,
 ) -> NDArray[np.float64]:
-    """Colours of points on triangles, shape (n, 3), of a body with its tint; a visor marks the face."""
+    """Colours of points on a body's triangles, shape (n, 3), with its tint; a visor marks the face."""
     head = mesh.vertices_m[mesh.joint_indices[:, 0] == _HEAD]
     low, high = head.min(axis=0), head.max(axis=0)
     corners = mesh.triangles[triangle]
@@ -131,7 +131,7 @@ class PosedFigure:
         mannequin: the body.
         positions_m: output joints in the stage frame, shape (52, 3).
         rotations_wxyz: their world rotations, shape (52, 4).
-        tint: colour of the body, RGB 0..255; None = the usual one.
+        tint: colour of the body, RGB 0..255; None = default.
     """
 
     mannequin: Mannequin
@@ -178,7 +178,7 @@ def draw_figures(figures: Sequence[PosedFigure], view: Projection) -> NDArray[np
 
 
 def _crevices(depth: NDArray[np.float64], blur_px: float) -> NDArray[np.float64]:
-    """Darkening, 0..1, of pixels behind their neighbours; `depth` [m] is NaN outside of the figure."""
+    """Darkening of pixels behind their neighbours, 0..1; `depth` [m] is NaN outside the figure."""
     covered = np.isfinite(depth)
     weight = gaussian_filter(covered.astype(np.float64), blur_px)
     mean = gaussian_filter(np.where(covered, depth, 0.0), blur_px) / np.maximum(weight, 1e-6)

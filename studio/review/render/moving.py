@@ -1,4 +1,4 @@
-"""Solves side by side as one moving picture (GIF), from a place that does not move."""
+"""Solves side by side as one animated GIF, from a fixed viewpoint."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ from studio.review.render.figure import Projection, draw_figures
 from studio.review.render.performers import DrawnPerformers, looking_at
 
 MOST_S = 30.0
-"""Longest moving picture: each second is some hundred kilobytes."""
+"""Maximum length of an animation; each second takes some hundred kilobytes."""
 
 _FRAME_MS = 80
 _LOOKS_S = 0.5
@@ -31,11 +31,12 @@ def render_moving(
     yaw_deg: float = 25.0,
     body: str = BODIES[0],
 ) -> None:
-    """Write a GIF of the mannequin, at the speed at which it was performed, 12.5 frames per second.
+    """Write a GIF of the mannequin at the original speed, 12.5 frames per second.
 
     Args:
-        poses: of each solve by name, of all its performers in order: one beside the other. In the output skeleton.
-        path: of the GIF; written atomically.
+        poses: by solve name, the poses of its performers in order, in the output skeleton; solves are drawn
+            side by side.
+        path: the GIF; written atomically.
         span_s: begin and end in stage time [s]; None = the first solve's.
         size: width and height of one solve [px].
         yaw_deg: direction of the viewer: 0 in front of the T-pose, 90 at the performer's left.
@@ -71,7 +72,7 @@ def render_moving(
                 (k * width + 8, 6), f"{name}  {time_s - rows[0].begins_s():.1f} s", fill=_INK, font=font
             )
         frames.append(picture)
-    palette = frames[len(frames) // 2].quantize(_COLOURS)  # one for all, so that what stays takes no room
+    palette = frames[len(frames) // 2].quantize(_COLOURS)  # shared, so that static parts take no space
     still = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     with write_atomically(path) as file:
         still[0].save(

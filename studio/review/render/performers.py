@@ -16,12 +16,12 @@ from studio.review.render.figure import PosedFigure, Projection
 _HIPS = OUTPUT_INDEX["Hips"]
 _NEAR_FRAMES = 1.5
 _AROUND_M = 1.5
-"""Width of one performer's arms and room, in the picture."""
+"""Width added around the hips of several performers."""
 
 
 @dataclass(frozen=True)
 class DrawnPerformers:
-    """Performers with their bodies; several have the colours of their numbers."""
+    """Performers with their bodies; several get the colours of their numbers."""
 
     poses: tuple[Poses, ...]
     mannequins: tuple[Mannequin, ...]
@@ -47,8 +47,8 @@ class DrawnPerformers:
         return cls(tuple(poses), tuple(Mannequin.of(one, body) for one in poses))
 
     def at(self, time_s: float) -> list[PosedFigure]:
-        """Return the figures at a stage time [s]: the nearest frames; of several only those who are on the stage, if
-        anybody is."""
+        """Return the figures at a stage time [s], from the nearest frames. Absent performers are left out, unless all
+        are absent."""
         found: list[PosedFigure] = []
         nearest = [int(np.argmin(np.abs(one.time_s - time_s))) for one in self.poses]
         away = [
@@ -70,7 +70,7 @@ class DrawnPerformers:
 
 
 def looking_at(figures: Sequence[PosedFigure], view: Projection) -> Projection:
-    """Return a view with the figures in the middle; of several from so far that all are in the picture."""
+    """Return a view centred on the figures; several figures are scaled to fit into the picture."""
     hips = np.array([one.positions_m[_HIPS] for one in figures])
     if len(hips) == 1:
         return replace(view, target_m=(float(hips[0, 0]), float(hips[0, 1]), 0.0))

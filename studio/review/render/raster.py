@@ -1,4 +1,4 @@
-"""Rasterisation of triangles with numpy alone: the nearest one at every pixel's middle."""
+"""Rasterisation of triangles with numpy alone: the nearest triangle at the centre of every pixel."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,22 +9,22 @@ _EDGE = 1e-9
 def nearest(
     seen: NDArray[np.float64], triangles: NDArray[np.uint32], width: int, height: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the pixels that triangles cover, and the triangle of each.
+    """Return the pixels that triangles cover, and the triangle at each.
 
     Args:
         seen: vertices: right and down [px], and depth away from the viewer [m], shape (V, 3).
-        triangles: counter-clockwise seen from outside, shape (T, 3); those seen from inside are left out.
+        triangles: counter-clockwise seen from outside, shape (T, 3); back faces are skipped.
         width, height: of the picture [px].
 
     Returns:
         pixels: row * width + column, each once, shape (n,).
-        triangle: index of the nearest one, shape (n,).
-        shares: of its corners, shape (n, 3).
+        triangle: index of the nearest triangle, shape (n,).
+        shares: barycentric coordinates, shape (n, 3).
         depth: [m], shape (n,).
     """
     corners = seen[triangles]
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = ab[:, 1] * ac[:, 0] - ab[:, 0] * ac[:, 1]  # rows go down: positive = seen from outside
+    area = ab[:, 1] * ac[:, 0] - ab[:, 0] * ac[:, 1]  # rows point down: positive = seen from outside
     size = np.array([width, height])
     low = np.ceil(corners[:, :, :2].min(axis=1) - 0.5).clip(0, size).astype(int)
     high = np.floor(corners[:, :, :2].max(axis=1) - 0.5).clip(-1, size - 1).astype(int)

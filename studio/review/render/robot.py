@@ -1,4 +1,4 @@
-"""Pictures, videos and playback of a robot's motion, by MuJoCo."""
+"""Pictures, videos and playback of a robot's motion, with MuJoCo."""
 
 import os
 import sys
@@ -24,23 +24,23 @@ Vector = NDArray[np.float64]
 
 WIDTH, HEIGHT = 480, 480
 STRIP = 8
-"""Pictures of a strip."""
+"""Number of pictures in a strip."""
 
 VIDEO_HZ = 30
 _VISIBLE = (0, 1, 2, 4)
-"""Groups of geoms that are shown: MuJoCo's usual ones, and the floor."""
+"""Groups of visible geoms: MuJoCo's default ones, and the floor."""
 
 _GREY = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
 
 _COLLIDING = 3
-"""Group of geoms that collide, in most models; shown where nothing else is to be seen."""
+"""Group of collision geoms in most models; shown if there is nothing else to show."""
 
 
 def write_pictures(robot: Robot, motion: RobotMotion, out: Path) -> None:
     """Write a strip of pictures (.png), or a video (.mp4), of a motion.
 
     Raises:
-        FormatError: another ending.
+        FormatError: another file extension.
         NotAvailableError: MuJoCo cannot draw here.
         StudioError: the file cannot be written.
     """
@@ -55,7 +55,7 @@ def write_pictures(robot: Robot, motion: RobotMotion, out: Path) -> None:
 
 
 def pictures(robot: Robot, motion: RobotMotion, frames: Sequence[int] | NDArray[np.int64]) -> Iterator[Image]:
-    """Yield pictures of some frames, seen from ahead and to the side, shape (HEIGHT, WIDTH, 3).
+    """Yield pictures of some frames, from the front and to the side, shape (HEIGHT, WIDTH, 3).
 
     Raises:
         NotAvailableError: MuJoCo cannot draw here.
@@ -65,7 +65,7 @@ def pictures(robot: Robot, motion: RobotMotion, frames: Sequence[int] | NDArray[
     robot.model.vis.global_.offwidth, robot.model.vis.global_.offheight = WIDTH, HEIGHT
     try:
         renderer = mujoco.Renderer(robot.model, HEIGHT, WIDTH)
-    except Exception as error:  # each of the drawing libraries raises errors of its own
+    except Exception as error:  # each drawing library raises its own errors
         raise NotAvailableError(
             "robot.no_drawing",
             "MuJoCo cannot draw here: {error}; set MUJOCO_GL to egl or osmesa",
@@ -91,7 +91,7 @@ def pictures(robot: Robot, motion: RobotMotion, frames: Sequence[int] | NDArray[
 
 
 def _add_bones(scene: "mujoco.MjvScene", data: "mujoco.MjData", bones: Sequence[tuple[int, Vector]]) -> None:
-    """Add a capsule for each bone of bodies that have no geom; see `bare_bones`."""
+    """Add a capsule for each bone of bodies without a geom; see `bare_bones`."""
     import mujoco
 
     capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
@@ -122,7 +122,7 @@ def _write_video(robot: Robot, motion: RobotMotion, out: Path, frames: NDArray[n
 
 
 def play(robot: Robot, motion: RobotMotion) -> None:
-    """Show a motion in MuJoCo's viewer, again and again until its window is closed.
+    """Play a motion in MuJoCo's viewer, in a loop until its window is closed.
 
     Raises:
         NotAvailableError: there is no screen.

@@ -1,4 +1,4 @@
-"""Frames of one or several solves side by side as one PNG: a row per solve, a column per instant."""
+"""Frames of one or several solves in one PNG: a row per solve, a column per instant."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -18,12 +18,12 @@ _PAPER, _INK, _FAINT = (236, 238, 241), (38, 44, 54), (104, 113, 126)
 
 
 def stage_times(poses: Poses, times_s: list[float]) -> list[float]:
-    """Return the stage times [s] of a user's times; see `stage_time`."""
+    """Return the stage times [s] for a user's times; see `stage_time`."""
     return [stage_time(poses.begins_s, one) for one in times_s] if poses.frame_count > 0 else times_s
 
 
 def stage_time(begins_s: float, time_s: float) -> float:
-    """Return the stage time [s] of a user's time: a stage time already, or a time since the beginning of the take
+    """Return the stage time [s] for a user's time, which is a stage time, or counts from the beginning of the take
     if the stage clock is a wall clock (a live take).
     """
     return begins_s + time_s if begins_s > _DAY_S > time_s else time_s
@@ -50,12 +50,12 @@ def render_strip(
     """Write a PNG of the mannequin at some instants.
 
     Args:
-        poses: one solve, or several by name: one row each; of several performers the poses of each, in order. All in
-            the output skeleton.
-        path: of the PNG; written atomically.
-        times_s: stage times [s]; the nearest frame is drawn. Spread over the first solve where None.
-        begins_s: zero of the labels in stage time; the first solve's first frame where None.
-        clock: zero of the labels, in words under them.
+        poses: one solve, or several by name, one row each, in the output skeleton. A solve of several performers is
+            the poses of each, in order.
+        path: the PNG; written atomically.
+        times_s: stage times [s]; the nearest frame is drawn. None = spread over the first solve.
+        begins_s: zero of the labels in stage time; None = the first solve's first frame.
+        clock: text under the labels that explains their zero.
         count: number of instants if `times_s` is None.
         cell: width and height of one frame [px].
         yaw_deg: direction of the viewer: 0 in front of the T-pose, 90 at the performer's left.
@@ -89,7 +89,7 @@ def render_strip(
         draw.text((_MARGIN + 2, top), name, fill=_INK, font=font)
         cells = [row.at(time_s) for time_s in times]
         views = [looking_at(figures, view) for figures in cells]
-        scale = min(one.pixels_per_m for one in views)  # one for the whole row
+        scale = min(one.pixels_per_m for one in views)  # the same for the whole row
         for c, (figures, one) in enumerate(zip(cells, views, strict=True)):
             cell_picture = Image.fromarray(draw_figures(figures, replace(one, pixels_per_m=scale)))
             picture.paste(cell_picture, (_MARGIN + c * (width + _GUTTER), top + title))

@@ -51,8 +51,7 @@ def render_thumbnail(poses: Poses | Sequence[Poses], path: str | os.PathLike[str
 
 
 def render_thumbnails(wanted: list[tuple[Path, Path]]) -> list[Path]:
-    """Draw the pictures of takes, given the folder of the solve and the picture of each; return those that were
-    made."""
+    """Draw thumbnails of takes, given each one's solve folder and picture path; return the pictures made."""
     made = []
     with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder) / "picture.png"
@@ -63,13 +62,13 @@ def render_thumbnails(wanted: list[tuple[Path, Path]]) -> list[Path]:
                 render_thumbnail([one.poses for one in performers], drawn)
                 _put(drawn, picture)
             except (StudioError, OSError):
-                continue  # damaged, as the list says; or the take was removed or renamed meanwhile
+                continue  # damaged, as the list says, or the take was removed or renamed meanwhile
             made.append(picture)
     return made
 
 
 def _put(drawn: Path, picture: Path) -> None:
-    """Put a picture into its take, atomically; a missing folder is not made again."""
+    """Put a picture into its take, atomically; a missing take folder is not recreated."""
     picture.parent.mkdir(exist_ok=True)
     part = picture.with_suffix(".part")
     part.write_bytes(drawn.read_bytes())

@@ -1,4 +1,4 @@
-"""Pictures of errors on a body: a diagram with the mean error of each joint, and stick figures of single frames."""
+"""Drawings of errors on a body: a diagram with each joint's mean error, and stick figures of single frames."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ _GOOD, _BAD = np.array([46, 139, 87]), np.array([184, 65, 62])
 
 
 def _t_pose() -> NDArray[np.float64]:
-    """Joints of a standing body with slightly lowered arms, which leaves room for labels [m], shape (21, 2): x, z."""
+    """Joints of a standing body, x and z [m], shape (21, 2); the arms are lowered a little, for the labels."""
     joints = np.zeros((len(CANONICAL), 3))
     for joint, parent in enumerate(PARENTS):
         joints[joint] = AUTHORED_OFFSETS[joint] + (joints[parent] if parent >= 0 else 0.0)
@@ -24,8 +24,8 @@ def body_diagram(title: str, per_joint_mm: dict[str, float], *, most_mm: float, 
 
     Args:
         title: above it.
-        per_joint_mm: by canonical joint.
-        most_mm: the error drawn in red; the same in adjacent diagrams.
+        per_joint_mm: mean errors by canonical joint.
+        most_mm: error drawn red; the same in adjacent diagrams.
         say: the reader's words.
     """
     width, height, scale = 430.0, 330.0, 155.0
@@ -60,12 +60,12 @@ def _label(name: str, x: float, y: float, error: float) -> str:
 def stick_figures(
     title: str, solve_m: NDArray[np.float64], reference_m: NDArray[np.float64], colour: str = COLOURS[0]
 ) -> str:
-    """Return a pose over the reference's, from the front and from the performer's left, joint for joint.
+    """Return a pose drawn over the reference's, from the front and from the performer's left.
 
     Args:
         title: above it.
         solve_m: canonical joints, reference frame [m], shape (21, 3); NaN = missing.
-        reference_m: the same of the reference, drawn dark.
+        reference_m: joints of the reference, drawn dark.
         colour: of the solve.
     """
     width, height, scale = 300.0, 250.0, 105.0

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 DRAWS = 2000
 _SEED = 20140
-"""Fixed, so that equal figures give equal reports."""
+"""Fixed seed, so that equal figures give equal reports."""
 
 
 def interval(values: NDArray[np.float64], *, share: float = 0.95) -> tuple[float, float]:
@@ -18,11 +18,11 @@ def interval(values: NDArray[np.float64], *, share: float = 0.95) -> tuple[float
 
 
 def blocks(values: NDArray[np.float64], length: int) -> NDArray[np.float64]:
-    """Return the means of blocks of frames, since errors of adjacent frames are correlated; the rest joins the last.
+    """Return the means of blocks of frames, as errors of adjacent frames are correlated; the last includes the rest.
 
     Args:
         values: one per frame, shape (frame_count,); NaN = unknown.
-        length: frames in a block.
+        length: frames per block.
     """
     count = max(1, len(values) // length)
     ends = [*range(length, length * count, length), len(values)]

@@ -25,7 +25,7 @@ from studio.review.report.svg import (
 
 _MOST_POINTS = 1200
 _TITLE_LETTER, _LEGEND = 6.9, 115.0
-"""Approximate widths of a title's letter and of a legend [px]."""
+"""Approximate widths of a title letter and of a legend [px]."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Bar:
 
     Attributes:
         label: under the bar.
-        value: its height; None = not measured.
+        value: height; None = not measured.
         interval: of the value, drawn as a whisker.
-        beside: another's value, drawn in grey.
+        beside: value to compare with, drawn in grey.
     """
 
     label: str
@@ -48,10 +48,10 @@ class Bar:
 def bar_chart(
     title: str, bars: list[Bar], *, height: float = 240, words: tuple[str, str] = ("here", "thesis")
 ) -> str:
-    """Return bars side by side; a missing value leaves its place empty.
+    """Return bars side by side; a missing value leaves a gap.
 
     Args:
-        words: names of bars and comparison values, for a legend if there are comparison values.
+        words: legend for bars and comparison values; drawn if there are comparison values.
     """
     with_legend = any(bar.beside is not None for bar in bars)
     title_width = 56.0 + _TITLE_LETTER * len(title) + (_LEGEND if with_legend else 0.0)
@@ -130,9 +130,9 @@ def curves(
 
     Args:
         title: of the chart.
-        time_s: shape (n,).
-        clock: zero of the time, in words under the axis.
-        series: by name, shape (n,) each; NaN = none.
+        time_s: times, shape (n,).
+        clock: text under the axis that explains its zero.
+        series: values by name, shape (n,) each; NaN = none.
         unit: of the values.
         reference: the series drawn dark instead of coloured.
     """

@@ -28,7 +28,7 @@ from studio.review.report.svg import COLOURS
 from studio.review.report.words import ENGLISH, Words
 
 BLOCK_S = 1.0
-"""Length of the resampled blocks; errors of frames within it are correlated."""
+"""Length of the resampled blocks, within which errors of frames are correlated."""
 
 CLOCK = "time since the performance began"
 """The clock shown to users: `Poses.begins_s` is its zero."""
@@ -49,9 +49,9 @@ class MeasuredSolve:
         poses: the solve.
         figures: from `metrics.evaluate`.
         settings: from its `settings.json`; may be empty.
-        disagrees: by camera, the spans in which it did not agree, in stage time.
-        moved: by camera, how far it was moved [mm] and turned [degrees] before depth was tracked.
-        together: `figures` have the alignment of several performers together.
+        disagrees: by camera, the spans of stage time in which it disagreed with the others.
+        moved: by camera, its displacement [mm] and turn [degrees] before depth was tracked.
+        together: `figures` align several performers in common.
     """
 
     poses: Poses
@@ -85,7 +85,7 @@ def evaluation_report(
 
 
 def intro(solves: Collection[str], begins_s: float, say: Words) -> list[str]:
-    """Return what a report begins with: how many solves it compares, and from when its times count."""
+    """Return the introduction of a report: number of compared solves, and zero of the times."""
     base = next(iter(solves))
     count = "{n} solve; what each figure is stands in docs/metrics.md."
     if len(solves) > 1:
@@ -156,7 +156,7 @@ def report_parts(
 
 
 def _moves(name: str, one: MeasuredSolve, say: Words) -> list[str]:
-    """Return in words how cameras were moved before a solve."""
+    """Return sentences on how cameras were moved before a solve."""
     return [
         say(
             "{name}: {camera} was moved by {mm} mm and turned by {degrees} degrees before its depth was tracked.",
@@ -170,7 +170,7 @@ def _moves(name: str, one: MeasuredSolve, say: Words) -> list[str]:
 
 
 def _doubts(name: str, one: MeasuredSolve, say: Words) -> list[str]:
-    """Return in words the spans in which cameras did not agree in a solve, in seconds since its first frame."""
+    """Return sentences on the spans in which cameras disagreed in a solve, in seconds since its first frame."""
     begin_s, end_s = float(one.poses.time_s[0]), float(one.poses.time_s[-1])
     return [
         say(
@@ -224,7 +224,7 @@ def _on(
 
 
 def _wrist_errors_cm(matched: Matched) -> dict[str, NDArray[np.float64]]:
-    """The thesis's two distances in each frame [cm]; none unless measurable in every frame."""
+    """The thesis's two distances in each frame [cm]; empty unless measurable in every frame."""
     found = thesis.curves(matched)
     if found is None or found[0].shape[1] != len(matched.time_s):
         return {}
@@ -270,7 +270,7 @@ def _changes(
 
 
 def gain(difference: NDArray[np.float64], rate_hz: float) -> tuple[float, float, float]:
-    """Return the mean of differences frame by frame, and its 95 % interval over blocks of `BLOCK_S`."""
+    """Return the mean of differences per frame, and its 95 % interval over blocks of `BLOCK_S`."""
     means = blocks(difference, max(1, round(BLOCK_S * rate_hz)))
     low, high = interval(means) if len(means) > 1 else (-np.inf, np.inf)
     return float(np.nanmean(difference)), low, high
@@ -306,7 +306,7 @@ def _axes(matched: Mapping[str, Matched], base: str, begins_s: float, say: Words
 
 
 def worst_frames(errors_mm: NDArray[np.float64], time_s: NDArray[np.float64]) -> list[int]:
-    """Return the frames with the greatest errors, at least a second apart, worst first."""
+    """Return the frames with the largest errors, at least a second apart, worst first."""
     found: list[int] = []
     for frame in np.argsort(-np.nan_to_num(errors_mm, nan=-1.0)):
         if all(abs(time_s[frame] - time_s[other]) >= _APART_S for other in found):

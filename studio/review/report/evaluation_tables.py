@@ -26,7 +26,7 @@ ROWS: dict[str, tuple[str, int]] = {
     "uncertainty_coverage": ("truth within the 90 % ball", 2),
     "cleanup_events_per_min": ("clean-up events a minute, against the reference", 1),
 }
-"""Figure -> its words, and decimals."""
+"""Figure -> its label and decimals."""
 
 
 def figures_table(figures: Mapping[str, Evaluation], base: str, say: Words) -> str:
@@ -73,7 +73,7 @@ def switches_table(settings: Mapping[str, SettingsJson], base: str, say: Words) 
 
 
 def aligned_away(figures: Evaluation, say: Words = ENGLISH) -> str:
-    """Return the alignment of a solve before its measurement, in words."""
+    """Return a description of a solve's alignment before its measurement."""
     found = figures["alignment"]
     place = ", ".join(f"{metres:z.3f}" for metres in found["translation_m"])
     angle = f"{found['rotation_deg']:.2f}"
@@ -90,7 +90,7 @@ def aligned_away(figures: Evaluation, say: Words = ENGLISH) -> str:
 
 
 def edit_list(name: str, figures: Evaluation, begins_s: float, say: Words) -> str:
-    """Return a solve's clean-up events in a closed section; times count from the stage time `begins_s`."""
+    """Return a solve's clean-up events in a collapsed section; times count from the stage time `begins_s`."""
     events = figures["cleanup_events"]
     if not events:
         return paragraph(say("{name}: not measured" if events is None else "{name}: nothing", name=name))

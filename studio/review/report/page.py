@@ -41,12 +41,12 @@ class Markup(str):
 
 
 def safe(value: str) -> str:
-    """Return text for HTML."""
+    """Return text escaped for HTML."""
     return str(value) if isinstance(value, Markup) else escape(value)
 
 
 def html_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table; cells are escaped except `Markup`. What is too wide is scrolled, also by the keyboard."""
+    """Return a table; cells are escaped except `Markup`. A wide table scrolls, also by keyboard."""
     head = "".join(f"<th>{safe(cell)}</th>" if cell else "<td></td>" for cell in header)
     body = "".join("<tr>" + "".join(f"<td>{safe(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

@@ -1,4 +1,4 @@
-"""The report of a take of several performers: whether each stayed themselves, then a section each."""
+"""The report of a take of several performers: whether each kept their identity, then a section each."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from studio.review.report.svg import COLOURS, GRID, REFERENCE, Scale, drawing, l
 from studio.review.report.words import ENGLISH, Words
 
 _MOST_DOUBTS = 12
-"""Spans of doubt that are listed of a performer and solve; the table has their sum."""
+"""Maximum number of undecided spans listed per performer and solve; the table sums all."""
 
 _MAP_PX = 420.0
 _HIPS = INDEX["hips"]
@@ -30,11 +30,11 @@ class ReportedPerformer:
     """A performer of a report.
 
     Attributes:
-        name: as people call them.
-        key: whose figures of a `SeveralEvaluation` are theirs.
+        name: name to display.
+        key: key of their figures in a `SeveralEvaluation`.
         solves: by name of the solve.
-        reference: their motion.
-        undecided_s: by solve the spans of stage time [s] in which they were not told apart from another.
+        reference: their reference motion.
+        undecided_s: by solve, the spans of stage time [s] with uncertain identity.
     """
 
     name: str
@@ -106,7 +106,7 @@ def _together(
 
 
 def _doubts(performers: Sequence[ReportedPerformer], begins_s: float, say: Words) -> list[str]:
-    """Return in words when performers were not told apart from another, in seconds since the performance began."""
+    """Return sentences on when performers were not distinguished, in seconds since the performance began."""
     return [
         say(
             "{name}, {solve}: not told apart from another from {since} to {until} s.",
@@ -154,7 +154,7 @@ def _map(solve: str, performers: Sequence[ReportedPerformer], start_s: float | N
 def _reference_path(
     reference: Reference | Markers, times_s: NDArray[np.float64], alignment: Alignment
 ) -> NDArray[np.float64]:
-    """Return where a reference's hips are on the floor while the solve lasts, shape (N, 2); markers have none."""
+    """Return the path of a reference's hips over the floor during the solve, shape (N, 2); empty for markers."""
     if not isinstance(reference, Reference) or not len(times_s):
         return np.zeros((0, 2))
     since, until = times_s[[0, -1]] + alignment.offset_s
@@ -169,7 +169,7 @@ def _path(places: NDArray[np.float64], x: Scale, y: Scale, colour: str, width: f
 
 
 def _metres(x: Scale, y: Scale) -> list[str]:
-    """Return a grid of metres."""
+    """Return a one-metre grid."""
     across = [mark for mark in ticks(x.low, x.high, 6) if x.low < mark < x.high]
     up = [mark for mark in ticks(y.low, y.high, 6) if y.low < mark < y.high]
     lines = [line(x(mark), y.end, x(mark), y.start, stroke=GRID) for mark in across]

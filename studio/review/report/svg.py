@@ -35,7 +35,7 @@ DARK = {
     "series-6": "#5fc9c3",
     "series-7": "#ea7f7b",
 }
-"""Colours of drawings on a light and on a dark page; a single drawing is light."""
+"""Colours of drawings on light and on dark pages; a drawing on its own is light."""
 
 
 def _colour(name: str) -> str:
@@ -44,12 +44,12 @@ def _colour(name: str) -> str:
 
 INK, FAINT, GRID, PAPER, BESIDE = map(_colour, ("ink", "faint", "grid", "paper", "beside"))
 COLOURS: tuple[str, ...] = tuple(_colour(name) for name in LIGHT if name.startswith("series"))
-"""Colours of series, in order; their lightness differs, for readers who do not see red or green."""
+"""Colours of series, in order; their lightness differs, for readers with red-green colour blindness."""
 REFERENCE = INK
 
 
 def number(value: float) -> str:
-    """A coordinate: two decimals are finer than any screen."""
+    """Format a coordinate: two decimals are finer than any screen."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
@@ -80,7 +80,7 @@ def line(x1: float, y1: float, x2: float, y2: float, *, stroke: str = GRID, widt
 
 
 def rectangle(x: float, y: float, width: float, height: float, *, fill: str, title: str = "") -> str:
-    """Return a rectangle, with a tooltip where a title is given."""
+    """Return a rectangle, with `title` as its tooltip."""
     inner = f"<title>{escape(title)}</title>" if title else ""
     return (
         f'<rect x="{number(x)}" y="{number(y)}" width="{number(max(width, 0.0))}" '

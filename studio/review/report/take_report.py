@@ -27,7 +27,7 @@ from studio.take.folder.take import POSES, Take
 def take_report(
     take: Take, reference: Reference | Markers, figures: Mapping[str, Evaluation], say: Words = ENGLISH
 ) -> str:
-    """Return the report of a take's solves as HTML; `figures` by solve, from `metrics.evaluate`."""
+    """Return the report of a take's solves as HTML; `figures` are by solve, from `metrics.evaluate`."""
     solves = {
         name: MeasuredSolve(
             Poses.load(take.performer_folder(name) / POSES),
@@ -48,7 +48,7 @@ def several_report(
     figures: Mapping[str, SeveralEvaluation],
     say: Words = ENGLISH,
 ) -> str:
-    """Return the report of solves of several performers as HTML.
+    """Return the report of solves with several performers as HTML.
 
     Args:
         references: by performer, in the order of the sections.
@@ -106,7 +106,7 @@ def report_solves(
     """Measure solves of a take and report them, as returned HTML or in the file `out`.
 
     Args:
-        reference: file of the reference; of several performers those of each who has one, by performer.
+        reference: file of the reference; for several performers, the files by performer, of those who have one.
         solves: names; the others are compared with the first.
         how: options of the reference's alignment.
         progress: receives the share done.

@@ -19,7 +19,7 @@ JOINTS = {
     "hip": "hanche", "knee": "genou", "ankle": "cheville", "toe": "orteil",
     "trunk": "tronc", "forearm": "avant-bras", "thigh": "cuisse", "shank": "jambe", "foot": "pied",
 }  # fmt: skip
-"""Joints and parts of the body, without their side."""
+"""Joints and parts of the body in French, without their side."""
 _HE = ("coude", "poignet", "genou", "orteil", "avant-bras", "pied")
 
 KINDS = {

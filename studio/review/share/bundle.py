@@ -1,7 +1,7 @@
 """ES modules and all of their imports, as one block of text for a page without a server.
 
-Each module's imports become `"module:NAME"`, which the page replaces by the addresses of the
-others; modules come after their imports.
+Each module's imports become `"module:NAME"`, which the page replaces with the other modules'
+addresses. Modules come after their imports.
 """
 
 import base64
@@ -20,7 +20,7 @@ _COMMENT = re.compile(r"^[ \t]*/\*\*.*?\*/[ \t]*\n", re.MULTILINE | re.DOTALL)
 def bundle(entry: Path) -> list[tuple[str, str]]:
     """Return name and text of a module and of all of its imports, each after its own imports.
 
-    Comments that document functions are left out; licences stay.
+    Comments that document functions are removed; licences stay.
     """
     found: dict[Path, str] = {}
     _collect(entry.resolve(), found)

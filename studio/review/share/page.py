@@ -1,7 +1,6 @@
-"""The replay page: one HTML file with the player, the motion and the words, without any request to a server.
+"""The replay page: one HTML file with the player, the motion and the texts, without any request to a server.
 
-The file enforces this: its Content-Security-Policy allows the script in it, the script's unpacked modules, and
-nothing else.
+The file enforces this: its Content-Security-Policy allows only its own script and that script's unpacked modules.
 """
 
 import base64
@@ -36,8 +35,8 @@ def replay_page(
     """Return a part of a solve as an HTML file.
 
     Args:
-        poses: the solve; of several performers the poses of each.
-        title, subtitle: shown above it.
+        poses: the solve; for several performers, the poses of each.
+        title, subtitle: texts above it.
         start_s, end_s: the part [s from its first frame]; None: all of it.
 
     Raises:
@@ -59,8 +58,8 @@ def replay_page(
 
 
 def solve_page(take: Take, solve: str, *, subtitle: str = "", **how: Any) -> bytes:
-    """Return a part of a take's solve as an HTML file, with all performers, whose names stand in the subtitle;
-    arguments and errors as `replay_page`."""
+    """Return a part of a take's solve as an HTML file, with all performers and their names in the subtitle; arguments
+    and errors as `replay_page`."""
     performers = solved_performers(take, solve)
     poses = [on_output_joints(one.poses) for one in performers]
     if len(poses) == 1:

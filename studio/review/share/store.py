@@ -35,7 +35,7 @@ class ShareLink(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         title: shown above the replay; take, solve: its origin.
         start_s, end_s: the part [s from the solve's first frame]; None: all of it.
         created: ISO 8601, UTC; size_bytes: of the file.
-        revoked: when it was revoked (ISO 8601, UTC), or empty.
+        revoked: time of revocation (ISO 8601, UTC), or empty.
     """
 
     id: str
@@ -101,7 +101,7 @@ class Shares:
         end_s: float | None,
         since: datetime,
     ) -> ShareLink | None:
-        """Return an existing link to the same replay, made since a time; None if there is none."""
+        """Return an existing link to the same replay, made after a given time; None if there is none."""
         wanted = (title, take, solve, start_s, end_s)
         for share in self.list():
             had = (share.title, share.take, share.solve, share.start_s, share.end_s)

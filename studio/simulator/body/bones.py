@@ -24,10 +24,10 @@ _ANCHOR = {"clavicle": "shoulder", "upper_arm": "shoulder", "upper_arm_end": "sh
 ANCHORS: tuple[str, ...] = (
     "hips", "spine", "chest", "neck", "head", *(f"{side}_{_ANCHOR[name]}" for side, _ in SIDES for name in _LIMB)
 )  # fmt: skip
-"""The canonical joint that is fixed on each bone of the body."""
+"""Canonical joint at the start of each bone of the body."""
 
 _KEPT = 4
-"""Most bones per point."""
+"""Maximum number of bones per point."""
 
 
 def _rise(value: Array, low: float, high: float) -> Array:
@@ -57,7 +57,7 @@ def body_weights(frame: Frame, points: Array) -> Array:
 
 
 def strongest(weight: Array) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-    """Return the four strongest bones of every point and their weights, both shape (n, 4)."""
+    """Return each point's four bones of largest weight, and the weights, both shape (n, 4)."""
     order = np.argsort(-weight, axis=1, kind="stable")[:, :_KEPT]
     kept = np.take_along_axis(weight, order, axis=1)
     return order.astype(np.int32), (kept / kept.sum(axis=1, keepdims=True)).astype(np.float32)

@@ -11,24 +11,24 @@ _STIFFNESS_RAD_S = 26.0
 _DAMPING = 0.35
 _GRAVITY_M_S2 = 9.81
 _JUMP_M = 0.4
-"""A body that moves further between frames restarts the cloth."""
+"""Movement of the body between frames that restarts the cloth."""
 
 
 class Cloth:
     """The clothes of one performer over one camera's frames.
 
-    A damped spring connects every vertex to its place on the body, so that the cloth follows sudden movements
-    later; it stays within its looseness.
+    A damped spring connects every vertex to its place on the body, so the cloth lags behind sudden movements, by at
+    most its looseness.
 
     Args:
-        looseness_m: of every vertex, 0 = skin, shape (V,).
+        looseness_m: largest offset of every vertex, 0 = skin, shape (V,).
     """
 
     def __init__(self, looseness_m: Array32) -> None:
         self._loose = np.nonzero(looseness_m > 0)[0].astype(np.int32)
         self._room = looseness_m[self._loose]
         self._time_s: float | None = None
-        self._state = np.zeros((4, len(self._loose), 3), np.float32)  # offset, place, and velocity of each
+        self._state = np.zeros((4, len(self._loose), 3), np.float32)  # offset, place, and each one's velocity
 
     def follow(self, vertices: Array32, time_s: float) -> None:
         """Move the vertices of the clothes, shape (V, 3), to a time after the last one [s]."""

@@ -11,7 +11,7 @@ from studio.simulator.body.frame import Frame
 
 Array = NDArray[np.float64]
 _SPAN = 1.7
-"""Blend factor of cloth, which spans hollows of the body."""
+"""Blend factor of cloth, so that it spans hollows."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Garment:
     """A piece of clothing in the T-pose.
 
     Attributes:
-        field: negative inside, points [m], shape (n, 3) -> (n,); the hems close its surface.
+        field: solid at points [m], shape (n, 3) -> (n,), negative inside, closed at the hems.
         looseness: largest movement of the cloth at points [m], shape (n, 3) -> (n,).
     """
 
@@ -28,7 +28,7 @@ class Garment:
 
 
 def _folds(points: Array, seed: int, length_m: float) -> Array:
-    """Waves of both signs, about -1..1, from six plane waves of random directions, shape (n,)."""
+    """Sum of six plane waves in random directions, about -1..1, shape (n,)."""
     rng = np.random.default_rng(seed)
     total = np.zeros(len(points))
     for _ in range(6):

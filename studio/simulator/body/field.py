@@ -1,7 +1,7 @@
 """Implicit solids: smooth unions of rounded cones, whose surface becomes the performer's skin.
 
-A solid is a field that is negative inside. Parts belong to groups; the groups 1, 2, ... are each blended with
-group 0, but not with one another, so that adjacent fingers and thighs stay separate.
+A solid is a field that is negative inside. Its parts belong to groups. Groups 1, 2, ... blend with group 0 but not
+with one another, so that adjacent fingers and thighs stay separate.
 """
 
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ _FAR = 1.0
 
 @dataclass
 class Solid:
-    """A list of rounded cones, and planes that cut groups off.
+    """Rounded cones in groups, and planes that cut groups off.
 
     Attributes:
         blend_m: radius of the blend of a group with group 0 [m].
@@ -61,7 +61,7 @@ class Solid:
         """Return the field at points [m], shape (n, 3): about the distance from the surface, shape (n,).
 
         Args:
-            blend_factor: multiplies all blends; cloth that spans hollows has more than 1.
+            blend_factor: multiplies all blends; above 1 for cloth that spans hollows.
         """
         rows = np.array(self._rows)
         planes = np.array(self._planes).reshape(-1, 5)
@@ -71,14 +71,14 @@ class Solid:
 
 @compiled
 def _smooth_min(a: float, b: float, k: float) -> float:
-    """Smaller of two, rounded off over k. Source: Quilez, "Smooth minimum" (quadratic polynomial)."""
+    """Smooth minimum of two values, rounded over k. Source: Quilez, "Smooth minimum" (quadratic polynomial)."""
     h = max(k - abs(a - b), 0.0)
     return min(a, b) - h * h / (4 * k) if k > 0 else min(a, b)
 
 
 @compiled
 def _cone_field(x: float, y: float, z: float, row: Array) -> float:
-    """Distance from a rounded cone in the space stretched so that its section is round."""
+    """Distance from a rounded cone, in a space stretched to make its section round."""
     qx, qy, qz = (x - row[0]) * row[8], (y - row[1]) * row[9], (z - row[2]) * row[10]
     bx, by, bz = (row[3] - row[0]) * row[8], (row[4] - row[1]) * row[9], (row[5] - row[2]) * row[10]
     length = bx * bx + by * by + bz * bz

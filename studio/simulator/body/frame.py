@@ -12,7 +12,7 @@ from studio.simulator.body.performers import Actor
 Array = NDArray[np.float64]
 SIDES: tuple[tuple[str, float], ...] = (("left", 1.0), ("right", -1.0))
 _ADULT_HEAD_JOINT_M = 1.59
-"""Height of the skull's base of an adult of scale 1."""
+"""Height of the skull's base, adult of scale 1."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Frame:
 
     @staticmethod
     def of(performer: Actor, offsets_m: Array) -> "Frame":
-        """Return the frame of T-pose offsets [m], shape (21, 3); see `CanonicalMotion`."""
+        """Return the frame for T-pose offsets [m], shape (21, 3); see `CanonicalMotion`."""
         joints = np.zeros((len(CANONICAL), 3))
         for i, parent in enumerate(PARENTS):
             joints[i] = offsets_m[i] if parent < 0 else joints[parent] + offsets_m[i]
@@ -50,6 +50,6 @@ class Frame:
 
     @cached_property
     def breadth(self) -> float:
-        """Breadth of the trunk relative to an adult's, half from its shoulders."""
+        """Breadth of the trunk relative to an adult's: mean of body scale and shoulder width."""
         shoulders = float(self.joint("left_shoulder")[0] - self.joint("right_shoulder")[0])
         return 0.5 * self.scale + 0.5 * shoulders / 0.36

@@ -1,7 +1,7 @@
-"""A hand with a thumb and four fingers: its solid, its bones and its closing.
+"""A hand with a thumb and four fingers: solid, bones and bending.
 
-Hand axes: x from the wrist to the fingers, y to the side of the thumb, z out of the back of the hand. In the T-pose
-the left hand's are x, -y, z of the stage, and the right hand is its mirror image.
+Hand axes: x from the wrist to the fingers, y to the side of the thumb, z out of the back of the hand. In the T-pose,
+those of the left hand are x, -y, z of the stage. The right hand is the mirror image.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 FINGERS: tuple[str, ...] = ("thumb", "index", "middle", "ring", "little")
 BONES_PER_HAND = 3 * len(FINGERS)
 _KNUCKLE_M = 0.092
-"""From wrist to the middle finger's knuckle in a hand of scale 1."""
+"""From the wrist to the middle finger's knuckle in a hand of scale 1."""
 
 # Root [m], lengths of three bones [m], radii at root and tip [m], spread and dip of the open finger [rad].
 _TABLE: dict[str, tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], float, float]] = {
@@ -26,7 +26,7 @@ _TABLE: dict[str, tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...],
     "ring": ((0.087, -0.013, 0.001), (0.043, 0.028, 0.022), (0.0096, 0.0074), -0.09, 0.08),
     "little": ((0.079, -0.032, -0.003), (0.034, 0.020, 0.019), (0.0085, 0.0066), -0.20, 0.10),
 }  # fmt: skip
-# Bend of each bone from open to fist [rad], about the axis that curls into the palm.
+# Bend of each bone from open to fist [rad], about the axis that curls it into the palm.
 _FIST: dict[str, tuple[float, float, float]] = {
     "thumb": (0.15, 0.95, 0.95),
     "index": (1.30, 1.65, 0.95),
@@ -38,7 +38,7 @@ _FIST: dict[str, tuple[float, float, float]] = {
 
 @dataclass(frozen=True)
 class Hand:
-    """An open hand in hand axes, the wrist at 0.
+    """An open hand in hand axes, wrist at 0.
 
     Attributes:
         joints_m: the ends of every finger's three bones, shape (5, 4, 3).
@@ -52,7 +52,7 @@ class Hand:
 
     @staticmethod
     def of(length_m: float, finger: float) -> "Hand":
-        """Return a hand by its length from wrist to knuckles [m] and the relative length of its fingers."""
+        """Return a hand with this length from wrist to knuckles [m] and this relative finger length."""
         scale = length_m / _KNUCKLE_M
         joints, radii = np.empty((len(FINGERS), 4, 3)), np.empty((len(FINGERS), 2))
         for i, name in enumerate(FINGERS):
@@ -64,7 +64,7 @@ class Hand:
         return Hand(joints, radii, scale)
 
     def solid(self) -> Solid:
-        """Return the open hand with the end of the wrist."""
+        """Return the open hand, wrist end included."""
         s = self.scale
         solid = Solid(blend_m=0.008 * s)
         solid.cone(np.array([-0.03, 0, 0]) * s, np.array([0.012, 0, 0]) * s, (0.026 * s, 0.027 * s),

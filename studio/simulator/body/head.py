@@ -6,11 +6,11 @@ from studio.simulator.body.field import Solid
 from studio.simulator.body.frame import SIDES, Frame
 
 TOP_M = 0.180
-"""From the skull's base to the top of an adult's head."""
+"""Height of an adult's head above the base of the skull."""
 
 
 def head_scale(frame: Frame) -> float:
-    """Return the head's size relative to an adult's; it grows less than the body."""
+    """Return the head's size relative to an adult's; heads vary less than bodies."""
     return float(0.35 + 0.65 * frame.scale) * (1 + 0.6 * (frame.performer.head - 1))
 
 

@@ -30,7 +30,7 @@ class BodyPart:
         triangles: counter-clockwise seen from outside, shape (T, 3).
         weights: of every bone, shape (V, BONE_COUNT).
         albedo: reflectivity of each vertex at 850 nm, shape (V,).
-        looseness_m: largest movement of a vertex of the clothes on the body, 0 for skin, shape (V,).
+        looseness_m: largest movement of each vertex relative to the body, 0 for skin, shape (V,).
     """
 
     name: str
@@ -80,7 +80,7 @@ class BodyMesh:
 
     @cached_property
     def looseness_m(self) -> NDArray[np.float32]:
-        """Largest movement of every vertex on the body, shape (V,)."""
+        """Largest movement of every vertex relative to the body, shape (V,)."""
         return np.concatenate([part.looseness_m for part in self.parts]).astype(np.float32)
 
     @cached_property
@@ -102,7 +102,7 @@ def hand_axes(sign: float) -> Array:
 
 
 def make_body(performer: Actor, offsets_m: Array) -> BodyMesh:
-    """Return the mesh of a performer whose T-pose has these offsets [m], shape (21, 3); see `CanonicalMotion`."""
+    """Return the mesh of a performer with these T-pose offsets [m], shape (21, 3); see `CanonicalMotion`."""
     frame = Frame.of(performer, offsets_m)
     hand = Hand.of(float(np.linalg.norm(frame.joint("left_hand") - frame.joint("left_wrist"))) * performer.hand,
                    performer.finger)  # fmt: skip
@@ -181,7 +181,7 @@ def _hands(frame: Frame, hand: Hand) -> list[BodyPart]:
 
 
 def _hand_weights(hand: Hand, vertices: Array) -> Array:
-    """Shares of the palm and of the 15 finger bones at points in hand axes, shape (n, 16)."""
+    """Weights of the palm and the 15 finger bones at points in hand axes, shape (n, 16)."""
     s = hand.scale
     weight = np.zeros((len(vertices), 1 + BONES_PER_HAND))
     away = np.empty((len(vertices), len(FINGERS)))

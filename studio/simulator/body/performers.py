@@ -1,7 +1,7 @@
 """Simulated performers: statures, builds, clothes, in separate sets for tuning and scoring.
 
-A tracker's settings may be chosen on `TUNING`; reported figures come from `SCORING`. No name, hand, build
-or seed is in both.
+A tracker's settings may be chosen on `TUNING`; reported figures come from `SCORING`. The sets share no name, hand,
+build or seed.
 """
 
 from dataclasses import dataclass
@@ -21,16 +21,16 @@ class Actor:
         belly, bust: of these alone, 1 = average man.
         legs, arms: length relative to stature, 1 = average.
         shoulders, hips: breadth relative to stature, 1 = average.
-        head: size relative to an adult's of this stature; a child's is larger.
+        head: size relative to an adult's of this stature; larger for a child.
         hand: size of the hand relative to the distance from wrist to knuckles.
         finger: length of the fingers relative to the hand.
         hair: none, short, bob or tail.
-        sleeve: end of the sleeves, 0 = at the shoulder, 1 = elbow, 2 = wrist.
-        trouser: end of the trousers' legs, 1 = knee, 2 = ankle.
+        sleeve: end of the sleeves, 0 = shoulder, 1 = elbow, 2 = wrist.
+        trouser: end of the trouser legs, 1 = knee, 2 = ankle.
         looseness_m: distance of the clothes from the body.
         skirt_m: length of the shirt below the hip joints.
         albedo: reflectivity of shirt, trousers, hair, skin and shoes at 850 nm, 0..1.
-        seed: of the folds of the clothes, the turns of the head and the hands' changes.
+        seed: of clothes folds, head turns and hand changes.
     """
 
     name: str
@@ -88,10 +88,10 @@ DEFAULT = TUNING[0]
 
 
 def find_performer(name: str) -> Actor:
-    """Return the performer of a name.
+    """Return the performer with a name.
 
     Raises:
-        SettingsError: there is none.
+        SettingsError: unknown name.
     """
     if name not in PERFORMERS:
         raise SettingsError(unknown("performer", name, PERFORMERS))

@@ -1,4 +1,4 @@
-"""Bone rotations from the positions of the joints and further knowledge."""
+"""Bone rotations from joint positions and, where known, joint rotations."""
 
 from collections.abc import Callable
 
@@ -14,13 +14,13 @@ from studio.simulator.body.frame import SIDES
 
 Array = NDArray[np.float64]
 _Ways = Callable[[str, str], tuple[Array, Array]]
-"""The vector between two joints: in the T-pose, shape (3,), and now, shape (F, 3)."""
+"""Vector between two joints by name: in the T-pose, shape (3,), and now, shape (F, 3)."""
 
 _SMOOTH_FRAMES = 7.0
-"""Smoothing of a limb's twist, SD in frames of 1/120 s."""
+"""SD of the smoothing of a limb's twist, in frames of 1/120 s."""
 
 _STRAIGHT = 0.06
-"""Weight of zero twist of a limb, relative to that of a bent joint, 1."""
+"""Weight of zero twist of a limb; a bent joint's twist has weight 1."""
 
 
 def bone_rotations(
@@ -28,14 +28,14 @@ def bone_rotations(
 ) -> Array:
     """Return the rotation of every bone of the body from the T-pose, shape (F, BODY_BONES, 3, 3).
 
-    A bone points exactly along its joints. `turned` gives the bones' twist; without it, upper arms and
-    thighs twist so that elbows and knees bend like hinges.
+    A bone points exactly along its joints. `turned` gives its twist. Without it, and in frames where any of it is
+    unknown, upper arms and thighs twist so that elbows and knees bend like hinges.
 
     Args:
         positions_m: joint centres, shape (F, 21, 3).
         offsets_m: T-pose offsets, shape (21, 3); see `CanonicalMotion`.
         turned: rotations from the T-pose of the bone that starts at each joint, shape (F, 21, 3, 3); NaN = unknown.
-        whole_clavicle: clavicles turn fully with the shoulders; otherwise, as skin does, a little less.
+        whole_clavicle: clavicles turn fully with the shoulders; by default a little less, like skin.
     """
     if turned is not None:
         known = np.isfinite(turned).all(axis=(1, 2, 3))
@@ -117,12 +117,12 @@ def _axes(first: Array, second: Array) -> Array:
 
 
 def _two(first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
-    """Rotations of the first direction, and about it of the second, from rest to now."""
+    """Rotations from rest to now: the first direction exactly, the second by a twist about it."""
     return _axes(first[1], second[1]) @ _axes(first[0], second[0]).T
 
 
 def _swung(rotation: Array, rest: Array, now: Array) -> Array:
-    """The rotation after the smallest turn that brings `rest`, shape (3,), to the direction `now`, (F, 3)."""
+    """`rotation`, then the smallest turn that brings `rest`, shape (3,), to the direction `now`, shape (F, 3)."""
     a, b = unit(rotation @ rest), unit(now)
     axis, cosine = np.cross(a, b), (a * b).sum(-1)[:, None, None]
     k = np.zeros((len(a), 3, 3))
@@ -132,15 +132,15 @@ def _swung(rotation: Array, rest: Array, now: Array) -> Array:
 
 
 def _between(first: Array, second: Array, share: float) -> Array:
-    """Rotations between the first and the second at a share of the way, shape (F, 3, 3)."""
+    """Rotations interpolated from the first to the second, shape (F, 3, 3)."""
     way = Rotation.from_matrix(np.swapaxes(first, -1, -2) @ second).as_rotvec()
     return first @ Rotation.from_rotvec(share * way).as_matrix()
 
 
 def _hinged(start: Array, upper: tuple[Array, Array], lower: tuple[Array, Array], bends_to: Array) -> Array:
-    """`start` twisted about the upper bone so that the lower one bends towards `bends_to` of the T-pose.
+    """`start` twisted about the upper bone so that the lower one bends towards the T-pose direction `bends_to`.
 
-    The straighter the joint, the smaller its weight, and the more of `start` is kept.
+    A straighter joint has a smaller weight and keeps more of `start`.
     """
     along, below = unit(upper[1]), unit(lower[1])
     aside = below - (below * along).sum(-1, keepdims=True) * along
@@ -152,7 +152,7 @@ def _hinged(start: Array, upper: tuple[Array, Array], lower: tuple[Array, Array]
 
 
 def _smoothly(angle: Array, weight: Array) -> Array:
-    """An angle that follows where its weight is high and slowly returns to zero where it is low."""
+    """`angle` smoothed: follows it where the weight is high and slowly returns to zero where it is low."""
     direction = weight * np.exp(1j * angle) + _STRAIGHT
     parts = [
         gaussian_filter1d(part, _SMOOTH_FRAMES, mode="nearest") for part in (direction.real, direction.imag)

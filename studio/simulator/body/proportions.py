@@ -1,4 +1,4 @@
-"""A performer's skeleton, and the transfer of a motion to it."""
+"""A performer's skeleton, and retargeting of a motion to it."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,10 +48,10 @@ def performer_offsets(performer: Actor) -> Array:
 
 
 def carried_over(positions_m: Array, offsets_m: Array, new_offsets_m: Array, turned: Array | None) -> Array:
-    """Return joint positions of the motion on the body with `new_offsets_m`, shape (F, 21, 3).
+    """Return joint positions retargeted to the body with `new_offsets_m`, shape (F, 21, 3).
 
-    Bones turn as in the motion; the path of the hips scales with the legs; the feet at their lowest stand on
-    the floor.
+    Bones turn as in the motion. The path of the hips scales with the legs. At their lowest, the feet stand on the
+    floor.
 
     Args:
         positions_m: of the body with `offsets_m`, shape (F, 21, 3).

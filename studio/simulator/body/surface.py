@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 _BLOCK = 4
 _STEEP = 1.5
-"""Largest slope of a field relative to distance, flattened parts included."""
+"""Largest slope of a field over distance, flattened parts included."""
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 _EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(_CORNERS[a] - _CORNERS[b]).sum() == 1]
@@ -19,13 +19,13 @@ def surface(
 ) -> tuple[Array, NDArray[np.int64]]:
     """Return the zero level of a field as vertices [m], shape (V, 3), and triangles, shape (T, 3).
 
-    Triangles are counter-clockwise seen from outside, where the field is positive; the mesh is closed if the
-    box holds the whole solid.
+    Triangles are counter-clockwise seen from outside, where the field is positive. The mesh is closed if the box
+    holds the whole solid.
 
     Args:
         field: points, shape (n, 3) -> values, shape (n,).
         low, high: corners of the box [m].
-        cell_m: spacing of the samples, about the length of an edge [m].
+        cell_m: spacing of the samples, about the edge length [m].
 
     Source: Gibson 1998, "Constrained elastic surface nets": a vertex per cell that the surface crosses, at the mean
     of its crossings with the cell's edges; a quad per crossed edge.
@@ -52,7 +52,7 @@ def _sampled(field: Callable[[Array], Array], origin: Array, size: NDArray[np.in
 
 
 def _vertices(value: Array, origin: Array, cell_m: float) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices, and the number of each cell's vertex, -1 where it has none."""
+    """Vertices, and the vertex index of each cell, -1 = none."""
     cells = np.array(value.shape) - 1
     corner = [value[tuple(slice(c[i], c[i] + cells[i]) for i in range(3))] for c in _CORNERS]
     inside = [c < 0 for c in corner]

@@ -29,7 +29,7 @@ def _torso(solid: Solid, frame: Frame) -> None:
     height = shoulder[2] - hip[2]
 
     def at(x: float, y: float, share: float) -> Array:
-        """A point x, y [m at scale 1] off the line from hips to shoulders."""
+        """A point on the line from hips to shoulders, offset by x, y [m at scale 1]."""
         line = hip + share * (shoulder - hip)
         return np.array([x * w, line[1] + y * s, line[2]])
 

@@ -1,4 +1,4 @@
-"""Depth images of several performers, who hide one another."""
+"""Depth images of several performers who hide one another."""
 
 from collections.abc import Callable
 
@@ -26,11 +26,11 @@ def depth_stage(
 
     Args:
         together: their motions.
-        performer: the first one's body; the others have those that follow it in its set.
+        performer: body of the first; the others get the bodies that follow it in its set.
         seed, furniture: see `DepthStage.of`.
 
     Raises:
-        SettingsError: there is no such body.
+        SettingsError: unknown body, or too few bodies.
     """
     bodies = _cast(performer, len(together.motions))
     first, *others = [
@@ -51,10 +51,10 @@ def record_crowd_depth(
     seed: int,
     progress: Callable[[float], None] | None,
 ) -> tuple[Callable[[Take], None], list[bytes]]:
-    """Return what records depth images of several performers into a take, and the truth of each as CSV.
+    """Return a function that records several performers' depth images into a take, and each one's truth as CSV.
 
     Args:
-        sensor: its name; others as of `depth_stage`.
+        sensor: name; the other arguments as in `depth_stage`.
     """
     stage = depth_stage(together, rig, find_sensor(sensor), performer, seed=seed, furniture=furniture)
 

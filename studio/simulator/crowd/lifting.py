@@ -1,4 +1,4 @@
-"""One performer takes another's wrist and lifts that arm, again and again."""
+"""A motion in which one performer repeatedly lifts another's arm by the wrist."""
 
 from itertools import pairwise
 
@@ -11,10 +11,10 @@ from studio.engine.model.joints import INDEX
 
 _PERIOD_S = 4.0
 _LOW_RAD, _HIGH_RAD = 0.5, 2.5
-"""The lifted arm's angle from straight down."""
+"""Range of the lifted arm's angle from straight down."""
 
 _REACH = 0.95
-"""Distance of the lifted hand from its shoulder, as a share of the arm's length."""
+"""Distance from shoulder to hand of the lifted arm, as a share of the arm's length."""
 
 _GRIP_M = 0.04
 """Distance of the lifting hand's middle from the lifted wrist."""
@@ -23,7 +23,7 @@ _Array = NDArray[np.float64]
 
 
 def with_lifted_arm(lifting: _Array, lifted: _Array) -> tuple[_Array, _Array]:
-    """Return the motions of two who stand side by side, the lifting one's left hand at the other's right wrist.
+    """Return the motions of two performers side by side, the first one's left hand at the other's right wrist.
 
     Args:
         lifting, lifted: joints [m] at 120 Hz, shape (frame_count, 21, 3) each.
@@ -47,14 +47,14 @@ def _lengths(joints: _Array, side: str) -> _Array:
 
 
 def _reaching(joints: _Array, side: str, target: _Array) -> _Array:
-    """Return the joints with a hand at the target, or as far as the arm goes; the elbow hangs."""
+    """Return the joints with one hand at the target, as far as the arm reaches; the elbow hangs."""
     upper, fore, hand = _lengths(joints, side)
     below = fore + hand
     start = joints[:, INDEX[f"{side}_shoulder"]]
     apart = target - start
     far = np.clip(np.linalg.norm(apart, axis=1), np.abs(upper - below) + 1e-3, upper + below - 1e-3)
     way = unit(apart)
-    down = np.array([0.0, 0.0, -1.0]) + 1e-3 * np.array([1.0, 0.0, 0.0])  # never quite along a straight arm
+    down = np.array([0.0, 0.0, -1.0]) + 1e-3 * np.array([1.0, 0.0, 0.0])  # tilted, for arms that hang down
     across = unit(down - (way @ down)[:, None] * way)
     along = (upper**2 - below**2 + far**2) / (2.0 * far)
     out = joints.copy()

@@ -1,7 +1,7 @@
 """Several motions on one stage: one performer walks for the calibration, all hold a T-pose, then they perform.
 
-Where the parts meet, everybody leaps to another place, as in recordings that were put together. Motions keep their
-steps in place: their slow way over the floor is taken out, and that of the meeting put in.
+The pose changes at once where parts meet, as in recordings that were put together. In each motion the path of the
+meeting replaces the slow path over the floor; the steps stay.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,19 +18,19 @@ from studio.engine.model.joints import INDEX, JOINT_COUNT, PARENTS
 from studio.simulator.crowd.lifting import with_lifted_arm
 
 T_POSE_S = 3.0
-"""How long all hold a T-pose side by side."""
+"""Duration of the T-pose side by side."""
 
 _ASIDE_M = 1.0
-"""Half the way between two who hold a T-pose side by side: their hands do not meet."""
+"""Half the distance between neighbours in the T-pose, so that their hands do not touch."""
 GOING_S = 1.0
-"""How long they take from the walk to the T-pose, and from there to where they perform; nobody leaps."""
+"""Time to glide from the walk to the T-pose, and from there to the performance, without a jump."""
 
 _STEPS_S = 0.3
-"""Motion of the hips that is slower than this is the way over the floor [s]."""
+"""SD of the smoothing that gives the hips' path over the floor."""
 
 _Array = NDArray[np.float64]
 Placing = Callable[[int, int, _Array], tuple[_Array, _Array]]
-"""Performer, count of them, times [s] -> places on the floor [m], shape (F, 2), and headings [rad], shape (F,)."""
+"""Performer, number of performers, times [s] -> places on the floor [m], (F, 2), and headings [rad], (F,)."""
 
 
 def _apart(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
@@ -45,12 +45,12 @@ def _passing(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
 
 
 def _side(who: int, count: int) -> float:
-    """Return the angle of a performer's place about the middle [rad]: the first at -x, as in the T-pose."""
+    """Return the angle of a performer's place about the middle [rad]; the first is at -x, as in the T-pose."""
     return np.pi * (1.0 - 2.0 * who / count)
 
 
 def _circling(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
-    """All go round the middle in 6 s, looking outward."""
+    """All circle the middle in 6 s, facing outwards."""
     angle = 2 * np.pi * times / 6.0 + _side(who, count)
     radius = 0.6 if count < 3 else 0.9
     return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1), angle + np.pi / 2
@@ -63,7 +63,7 @@ def _back_to_back(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
 
 
 def _embracing(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
-    """All come together and part every 5 s, facing the middle."""
+    """All approach and part every 5 s, facing the middle."""
     angle = _side(who, count)
     far = 0.45 + 0.25 * np.cos(2 * np.pi * times / 5.0)
     return far[:, None] * [np.cos(angle), np.sin(angle)], np.full(len(times), angle - np.pi / 2)
@@ -93,8 +93,8 @@ class Meeting:
     """Performers on one stage.
 
     Attributes:
-        motions: of each from time 0 on, all of one length.
-        enters_s: when each comes in [s]; before it they are not there.
+        motions: one per performer, from time 0, all of the same length.
+        enters_s: entrance of each [s]; absent before it.
         calibration_s: length of the part in which the first is alone.
     """
 
@@ -107,7 +107,7 @@ def meet(motions: Sequence[CanonicalMotion], meeting: str) -> Meeting:
     """Return the motions on one stage.
 
     Args:
-        motions: of each performer, at 120 Hz, on the floor; the shortest says how long they perform.
+        motions: one per performer, at 120 Hz, on the floor; the shortest sets the duration.
         meeting: a key of `MEETINGS`.
     """
     count = len(motions)
@@ -152,13 +152,13 @@ def _at(pose: _Array, places: _Array) -> _Array:
 
 
 def _going(pose: _Array, begin: _Array, end: _Array) -> _Array:
-    """Return a pose that goes over the floor from one place to another."""
+    """Return a pose that glides over the floor from one place to another."""
     share = (1.0 - np.cos(np.pi * np.linspace(0.0, 1.0, round(GOING_S * RATE_HZ)))) / 2.0
     return _at(pose, begin + share[:, None] * (end - begin))
 
 
 def _moved(positions: _Array, places: _Array, headings: _Array) -> _Array:
-    """Return a motion whose way over the floor is another."""
+    """Return the motion with its path over the floor replaced."""
     way = gaussian_filter1d(positions[:, INDEX["hips"], :2], _STEPS_S * RATE_HZ, axis=0, mode="nearest")
     local = positions - np.concatenate([way, np.zeros((len(way), 1))], axis=1)[:, None]
     cos, sin = np.cos(headings)[:, None], np.sin(headings)[:, None]

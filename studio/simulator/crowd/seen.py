@@ -1,6 +1,6 @@
-"""Frames of cameras that see several performers: who hides whom, and numbers as devices give them.
+"""Frames of cameras that see several performers, with mutual occlusion and the devices' body numbers.
 
-A device numbers the bodies that it sees. It loses a body that is mostly hidden, and gives it another number when it
+A device numbers the bodies that it sees. It loses a body that is mostly hidden, and gives it a new number when it
 finds it again. While two bodies overlap in the picture, it may exchange their numbers.
 """
 
@@ -18,19 +18,19 @@ from studio.simulator.joints.occlusion import hidden_by
 from studio.simulator.rig import RigCamera
 
 LOST_SHARE = 0.6
-"""A body with more of its joints behind others is lost."""
+"""Share of hidden joints above which a device loses a body."""
 
 _LOST_FRAMES = 6
-"""A device finds a body again at the earliest after this many frames."""
+"""Minimum number of frames before a device finds a body again."""
 
 _OVERLAP_RAD = 0.12
 _EXCHANGES_PER_S = 0.3
-"""How often a device exchanges the numbers of two bodies that overlap."""
+"""Rate at which a device exchanges the numbers of two overlapping bodies."""
 
 
 @dataclass(frozen=True)
 class CrowdBody:
-    """One body in a camera's frame: performer, device's number, joints in the camera frame [m], confidence."""
+    """One body in a camera's frame: performer, device number, joints in the camera frame [m], confidence."""
 
     who: int
     number: int
@@ -40,7 +40,7 @@ class CrowdBody:
 
 @dataclass(frozen=True)
 class SeenCrowd:
-    """All frames of one camera: its name, true capture times [s], the camera's own [ns], and the bodies of each."""
+    """All frames of one camera: name, true capture times [s], times on its own clock [ns], bodies in each frame."""
 
     camera: str
     taken_s: NDArray[np.float64]
@@ -49,7 +49,7 @@ class SeenCrowd:
 
 
 def see_crowd(meeting: Meeting, rig: tuple[RigCamera, ...], *, seed: int) -> Iterator[SeenCrowd]:
-    """Yield each camera's frames, by the contract of `noisy_joints`; the same seed gives the same frames.
+    """Yield each camera's frames with the noise of `noisy_joints`; the same seed gives the same frames.
 
     Args:
         meeting: the performers.
@@ -109,7 +109,7 @@ class DeviceNumbers:
     """The numbers that a device gives to bodies, frame by frame."""
 
     def __init__(self, count: int, rng: np.random.Generator) -> None:
-        """Begin with nobody seen, of `count` performers."""
+        """Start with none of the `count` performers seen."""
         self._rng, self._used = rng, 0
         self._number, self._lost = np.full(count, -1), np.full(count, _LOST_FRAMES)
 
@@ -117,8 +117,8 @@ class DeviceNumbers:
         """Return the number of each body in the next frame, -1 = not seen, shape (performer_count,).
 
         Args:
-            found: who is seen, shape (performer_count,).
-            overlaps: whose bodies overlap in the picture, shape (performer_count, performer_count).
+            found: seen performers, shape (performer_count,).
+            overlaps: pairs that overlap in the picture, shape (performer_count, performer_count).
         """
         number, lost, count = self._number, self._lost, len(found)
         for who in range(count):

@@ -1,7 +1,7 @@
-"""The embedded performers on one stage, for cameras in real time: a loop of a walk for the calibration and a meeting.
+"""The embedded performers on one stage, for cameras in real time: a loop of calibration walk and meeting.
 
-The first walks alone for as long as two calibrations take, so that one may begin at any time of the first half. The
-others come in, all hold a T-pose side by side, then change places while each performs in an order of their own.
+The first walks alone for the length of two calibrations, so that one may begin at any time of the first half. The
+others come in, and all hold a T-pose side by side. Then they change places; each performs in a different order.
 """
 
 from dataclasses import replace
@@ -17,10 +17,10 @@ from studio.simulator.crowd.meeting import Meeting, meet
 
 MOST_PERFORMERS = 4
 _BODIES = ((1.0, 1.0), (0.91, 0.96), (1.06, 1.03), (1.03, 0.92))
-"""Of each performer: size, and length of the legs beside that, both as shares of the embedded performer's."""
+"""Per performer: size relative to the embedded performer, and a further factor of the leg length."""
 
 _RETURN_S = 1.5
-"""Time in which the first goes back to where the loop begins."""
+"""Time in which the first returns to the start of the loop."""
 
 _LEGS = [INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("knee", "ankle")]
 
@@ -36,7 +36,7 @@ def body_of(who: int) -> NDArray[np.float64]:
 
 
 def crowd_stage(count: int) -> Meeting:
-    """Return the loop of so many performers, 2 to `MOST_PERFORMERS`."""
+    """Return the loop of 2 to `MOST_PERFORMERS` performers."""
     motions = [demo_motion(body_of(who), begins_with=2 * who) for who in range(count)]
     meeting = meet(motions, "passing")
     alone = calibration_motion(motions[0].offsets_m).positions_m

@@ -1,4 +1,4 @@
-"""Axes that move with each bone, from joint positions alone, for offsets that are fixed in the body."""
+"""Axes that move with each bone, computed from joint positions alone, for offsets fixed in the body."""
 
 from itertools import pairwise
 
@@ -10,22 +10,22 @@ from studio.engine.model.joints import INDEX
 
 
 def _limbs(first: str, second: str) -> list[int]:
-    """The joints of both arms, or of both legs, that are equally far from the trunk."""
+    """Left and right joints of two names, one of the arm and one of the leg."""
     return [INDEX[f"{side}_{name}"] for side in ("left", "right") for name in (first, second)]
 
 
 _CHAINS = [
     _limbs(*names) for names in (("shoulder", "hip"), ("elbow", "knee"), ("wrist", "ankle"), ("hand", "toe"))
 ]
-"""Joints by how far they are from the trunk: each limb's joint, whose bone ends at the next one's."""
+"""Limb joints from the trunk outwards; each joint's bone ends at the joint in the next row."""
 _HIPS = [INDEX[name] for name in ("hips", "left_hip", "right_hip")]
 
 
 def bone_frames(joints: NDArray[np.float64], offsets_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return rotations that take T-pose axes to each joint's bone, shape (F, 21, 3, 3).
 
-    Hips and chest follow the body's left and up; a limb's bone turns on from its parent's without twist. The trunk is
-    one bone, and an end keeps its parent's axes.
+    Hips and chest follow the body's left and up. A limb's bone turns from its parent's axes without twist. The trunk
+    is one bone, and an end joint keeps its parent's axes.
 
     Args:
         joints: joint centres [m], shape (F, 21, 3).
@@ -45,7 +45,7 @@ def bone_frames(joints: NDArray[np.float64], offsets_m: NDArray[np.float64]) -> 
 
 
 def chest_axes(joints: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotations of the chest alone, which are those of the head, shape (F, 3, 3).
+    """Return the rotations of the chest, which the head shares, shape (F, 3, 3).
 
     Args:
         joints: joint centres [m], shape (F, 21, 3).

@@ -1,14 +1,14 @@
 """Interference of structured-light cameras in the skeletons of `noisy_joints`.
 
-It is the depth simulator's own model (`sensor.structured_light`, whose shares follow the thesis's figure 5.2: three
-cameras can be used, four cannot), applied to joints instead of pixels. With n cameras:
+It applies the depth simulator's model to joints instead of pixels (`sensor.structured_light`; its shares follow the
+thesis's figure 5.2: three cameras can be used, four cannot). With n cameras:
 
-- the noise is a tenth stronger for every other camera;
-- a share `DISTURBED[n - 1]` of the image at 2.5 m has no reading, times the square of the distance, in patches.
-  A joint in such a patch is a guess: its noise is four times as strong, as that of a hidden joint. Half of the
-  guesses have a confidence of 0.2 to 0.5, the others full confidence, the fault described in the thesis
+- the noise grows by a tenth for every other camera;
+- patches of the image have no reading: a share `DISTURBED[n - 1]` of it at 2.5 m, growing with the square of the
+  distance. A joint in a patch is a guess: its noise is four times as strong, like that of a hidden joint. Half of
+  the guesses have a confidence of 0.2 to 0.5, the others full confidence, the fault described in the thesis
   (5.2). Patches last 2 to 12 frames;
-- a frame in which over half of the joints are in patches has no skeleton.
+- a frame with over half of the joints in patches has no skeleton.
 
 So two cameras disturb each other little, three visibly, and four lose the skeleton most of the time.
 """
@@ -31,7 +31,7 @@ _MOST = 0.98
 def disturb(
     positions_m: NDArray[np.float64], confidence: NDArray[np.float64], cameras: int, rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return a camera's skeletons disturbed by other structured-light cameras.
+    """Return one camera's skeletons, disturbed by other structured-light cameras.
 
     Args:
         positions_m: joints in the camera frame [m], shape (F, 21, 3); NaN = unseen.
@@ -62,7 +62,7 @@ def disturb(
 
 
 def _bursts(share: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Joint-frames in a patch, a share `share` of all, shape (F, J)."""
+    """Joint-frames in a patch, on average `share` of all, shape (F, J)."""
     mean = 0.5 * (_SHORTEST + _LONGEST)
     out = np.zeros(share.shape, dtype=bool)
     left = np.zeros(share.shape[1], dtype=np.int64)

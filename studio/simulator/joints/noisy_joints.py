@@ -1,13 +1,13 @@
-"""A tracker's errors over true joints: the noise contract of `studio simulate --tracker noisy-joints`.
+"""A tracker's errors on true joints: the noise specification of `studio simulate --tracker noisy-joints`.
 
 Per camera and joint:
-- an anatomical offset fixed in the bone's frame, SD 1 cm per axis, one for all cameras of a performer;
-- 3 cm towards the camera;
+- an anatomical offset fixed in the bone's frame, SD 1 cm per axis, the same for all cameras;
+- a bias of 3 cm towards the camera;
 - AR(1) noise, 0.8 per frame at 30 Hz, SD 0.0016 z^2 m (z = distance) along the ray and 1 cm across it, times
-  0.7 for the trunk, 1 for elbow and knee, 1.5 for wrist and ankle, 2 for hand and toe; times 4 where another
-  body part hides the joint, and the confidence is then 0.2 to 0.5, else 0.85 to 1;
-- 1 % of joint-frames 20 to 50 cm off, another way in every frame of a burst of 1 to 10, at confidence 1;
-- 3 % of joint-frames dropped in bursts of 2 to 12;
+  0.7 for the trunk, 1 for elbow and knee, 1.5 for wrist and ankle, 2 for hand and toe;
+- occlusion by another body part: 4 times the noise, and a confidence of 0.2 to 0.5 instead of 0.85 to 1;
+- outliers: 1 % of joint-frames, 20 to 50 cm off at confidence 1, in bursts of 1 to 10, a new direction every frame;
+- dropouts: 3 % of joint-frames, in bursts of 2 to 12;
 - left and right swapped half of the time while the camera sees the performer from behind.
 """
 
@@ -31,7 +31,7 @@ _FACTORS = {"elbow": 1.0, "knee": 1.0, "wrist": 1.5, "ankle": 1.5, "hand": 2.0, 
 _FACTOR = np.array([_FACTORS.get(name.split("_")[-1], 0.7) for name in CANONICAL])
 _OUTLIERS = (0.01, 1, 10)  # share of joint-frames, shortest and longest burst
 _DROPS = (0.03, 2, 12)
-_SWAPS = (4, 20)  # frames until a camera behind the performer may change its mind
+_SWAPS = (4, 20)  # frames until a camera behind the performer may change its state
 
 
 def anatomical_offsets(rng: np.random.Generator) -> NDArray[np.float64]:
@@ -47,8 +47,8 @@ class _TrueView:
         joints: tracked points before noise [m], shape (F, 21, 3).
         rays: unit directions from the camera, shape (F, 21, 3).
         ranges: distances from the camera [m], shape (F, 21).
-        hidden: shape (F, 21).
-        behind: the camera sees the performer's back, shape (F,).
+        hidden: occluded joints, shape (F, 21).
+        behind: frames from behind, shape (F,).
     """
 
     joints: NDArray[np.float64]
@@ -59,7 +59,7 @@ class _TrueView:
 
 
 class NoisyJoints:
-    """One camera's tracker. It has a state: frames must be given in order, at about 30 Hz.
+    """One camera's tracker. It is stateful: frames must be given in order, at about 30 Hz.
 
     Args:
         T_stage_camera: the camera's pose, 4x4.
@@ -98,9 +98,9 @@ class NoisyJoints:
     def see_all(
         self, joints_m: NDArray[np.float64], hidden: NDArray[np.bool_] | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the next frames, shapes (F, 21, 3) and (F, 21): bit for bit as `see` one after the other.
+        """Return the next frames, shapes (F, 21, 3) and (F, 21), bit for bit as successive calls of `see`.
 
-        `hidden`: joints that somebody else hides, shape (F, 21).
+        `hidden`: joints that another performer hides, shape (F, 21).
         """
         view = self._view(joints_m)
         if hidden is not None:
@@ -125,7 +125,7 @@ class NoisyJoints:
         return _TrueView(tracked, rays, ranges, hidden_joints(joints, self._eye), facing < 0)
 
     def _frame(self, view: _TrueView, f: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        rng = self._rng  # every frame draws the same count, whatever its content
+        rng = self._rng  # every frame draws equally many numbers, whatever its content
         self._noise = _AR * self._noise + np.sqrt(1 - _AR**2) * rng.normal(size=(JOINT_COUNT, 3))
         confidence_draw, reach = rng.random(JOINT_COUNT), rng.uniform(0.2, 0.5, JOINT_COUNT)
         way = rng.normal(size=(JOINT_COUNT, 3))
@@ -148,7 +148,7 @@ class NoisyJoints:
         return np.where(dropped[:, None], np.nan, positions), np.where(dropped, 0.0, confidence)
 
     def _burst(self, left: NDArray[np.int64], share: float, shortest: int, longest: int) -> NDArray[np.bool_]:
-        """Joints in a burst in this frame; `left`, the number of frames still to come, is updated."""
+        """Joints in a burst in this frame; updates `left`, the number of remaining frames of each burst."""
         mean = (shortest + longest) / 2
         starts = self._rng.random(JOINT_COUNT) < share / ((1 - share) * mean)
         lengths = self._rng.integers(shortest, longest + 1, JOINT_COUNT)

@@ -1,6 +1,6 @@
 """Occlusion: joints that another part of the body hides from a camera.
 
-The body is a set of capsules between joints. Only the simulator knows these radii; no solver may.
+The body is a set of capsules between joints. Only the simulator knows their radii; no solver may.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from studio.engine.model.joints import CANONICAL, INDEX
 
 _SKIN_M = 0.09
-"""A part hides a joint only if it is at least this far in front of it."""
+"""Minimum distance of a part in front of a joint that it hides."""
 
 _TRUNK = ("hips", "spine", "chest", "neck", "left_shoulder", "right_shoulder", "left_hip", "right_hip")
 _PARTS: tuple[tuple[str, str, float, tuple[str, ...]], ...] = (
@@ -29,7 +29,7 @@ _PARTS: tuple[tuple[str, str, float, tuple[str, ...]], ...] = (
             ("ankle", "toe", 0.04, ("ankle", "toe")),
         )
     ),
-)  # part from joint, to joint, radius [m], and the joints that it never hides: its own
+)  # part: from joint, to joint, radius [m], its own joints, which it never hides
 _FROM = np.array([INDEX[a] for a, _, _, _ in _PARTS])
 _TO = np.array([INDEX[b] for _, b, _, _ in _PARTS])
 _RADIUS = np.array([radius for _, _, radius, _ in _PARTS])

@@ -21,7 +21,7 @@ class SeenJoints:
     Attributes:
         camera: its name.
         taken_s: true capture time of each frame [s], shape (F,).
-        device_time_ns: the same on the camera's clock, shape (F,).
+        device_time_ns: capture times on the camera's clock, shape (F,).
         positions_m: joints in the camera frame, shape (F, 21, 3); NaN = unseen.
         confidence: shape (F, 21).
     """
@@ -36,7 +36,7 @@ class SeenJoints:
 def see(
     motion: CanonicalMotion, rig: tuple[RigCamera, ...], *, seed: int, interference: bool = False
 ) -> Iterator[SeenJoints]:
-    """Yield each camera's frames, by the contract of `noisy_joints`; the same seed gives the same frames.
+    """Yield each camera's frames with the noise of `noisy_joints`; the same seed gives the same frames.
 
     Args:
         motion: on the stage.

@@ -1,1 +1,1 @@
-"""Landmarks in pictures with a pose network's errors: `body` places them, `tracker` sees them."""
+"""Landmarks in pictures with a pose network's errors: `body` places them, `tracker` adds the errors."""

@@ -1,6 +1,6 @@
-"""The 33 landmarks of a pose network on a body that is known by its canonical joints.
+"""The 33 landmarks of a pose network, computed from a body's canonical joints.
 
-Face, fingers and heels are fixed in the axes of head, hands and feet; sizes from Farkas, "Anthropometry of the head
+Face, fingers and heels are fixed in the axes of head, hands and feet. Sizes: Farkas, "Anthropometry of the head
 and face", 1994, and NASA STD-3000, 1995.
 """
 
@@ -12,8 +12,8 @@ from studio.simulator.joints.bone_frames import bone_frames
 
 NAMES = JOINT_SETS["mediapipe"]
 
-# Landmark -> the canonical joint it is fixed to, and its place in that bone's T-pose axes (left, back, up) [m]. Ears
-# and the lower rims of the eyes' sockets are level (the Frankfurt horizontal).
+# Landmark -> the canonical joint it is fixed to, and its place in that bone's T-pose axes (left, back, up) [m]. The
+# ears and the lower rims of the eye sockets are level (the Frankfurt horizontal).
 _ON_FACE = {
     "nose": (0.0, -0.115, -0.018),
     **{
@@ -58,11 +58,11 @@ JOINT_OF, PLACES = _fixed()
 
 
 _VERTEX_M = 0.13
-"""Top of the head over the ears."""
+"""Height of the head above the ears."""
 
 
 def stature_m(body_m: NDArray[np.float64]) -> float:
-    """Return the height of a performer [m], to the top of the head, by the T-pose offsets, shape (21, 3)."""
+    """Return a performer's height to the top of the head [m] from the T-pose offsets, shape (21, 3)."""
     joint, height = INDEX["head"], _VERTEX_M
     while joint >= 0:
         height += float(body_m[joint, 2])
@@ -81,8 +81,8 @@ def landmarks_of(
     Args:
         joints_m: canonical joints, shape (F, 21, 3).
         body_m: T-pose offsets of the performer, shape (21, 3); see `CanonicalMotion`.
-        anatomy_m: where a network sees each landmark from its place, in the bones' axes, shape (33, 3).
-        heads: rotations of the head, shape (F, 3, 3); None = it follows the chest.
+        anatomy_m: offset at which a network sees each landmark, in the bones' axes, shape (33, 3).
+        heads: rotations of the head, shape (F, 3, 3); None = the head follows the chest.
     """
     assert joints_m.shape[1] == JOINT_COUNT
     frames = bone_frames(joints_m, body_m)

@@ -1,8 +1,8 @@
-"""True hands of simulated performers: their proportions, and fingers that go from gesture to gesture.
+"""True hands of simulated performers: their proportions, and fingers that move from gesture to gesture.
 
-Bones are those of X-rays: Buryanov & Kotiuk, "Proportions of hand segments", Int. J. Morphol. 28(3), 2010; each
-varies with the performer, and so do the ratios of the fingers' last joints and the axes of the thumb. Nothing of it
-is known to a solver.
+Bone lengths are from X-rays: Buryanov & Kotiuk, "Proportions of hand segments", Int. J. Morphol. 28(3), 2010. They
+vary with the performer, as do the ratios of the fingers' last joints and the axes of the thumb. Solvers know none of
+this.
 """
 
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from studio.simulator.joints.bone_frames import bone_frames
 
 Array = NDArray[np.float64]
 LANDMARKS = 21
-"""The wrist, then four of each finger from the thumb on, root to tip."""
+"""The wrist, then four per finger from the thumb on, root to tip."""
 
 _KNUCKLE = 0.0925
 """From the wrist to the middle finger's knuckle in the table's hand [m]."""
 
 # Hand axes: x from the wrist to the fingers, y to the side of the thumb, z out of the back of the hand.
-# Root, lengths of three bones, and spread of the open finger [m, rad].
+# Per finger: root, lengths of three bones, and spread when open [m, rad].
 _TABLE: tuple[tuple[tuple[float, ...], tuple[float, ...], float], ...] = (
     ((0.020, 0.022, -0.010), (0.0462, 0.0316, 0.0256), 0.75),
     ((0.0915, 0.024, 0.000), (0.0398, 0.0224, 0.0196), 0.09),
@@ -31,10 +31,10 @@ _TABLE: tuple[tuple[tuple[float, ...], tuple[float, ...], float], ...] = (
     ((0.0790, -0.033, -0.003), (0.0327, 0.0181, 0.0196), -0.19),
 )
 _DIP = 0.33
-"""How far the open thumb points into the palm [rad]."""
+"""Angle of the open thumb towards the palm [rad]."""
 
-# Gestures: of each finger bend of the first and of the second joint and spread, of the thumb abduction, flexion, and
-# bends of its last joints [rad].
+# Gestures [rad]. Thumb: abduction, flexion, and bends of its last joints. Fingers: bends of the first and the second
+# joint, and spread.
 _FLAT, _CURLED, _HALF = (0.02, 0.05, 0.0), (1.35, 1.6, 0.0), (0.6, 0.9, 0.0)
 _GESTURES: tuple[tuple[tuple[float, ...], ...], ...] = (
     ((0.1, 0.0, 0.1, 0.1), _FLAT, _FLAT, _FLAT, _FLAT),
@@ -52,21 +52,21 @@ _VARIES = 0.05
 _SEEN_OFF = 0.015
 _BENT_BACK = 0.08
 STREAM = 0x48
-"""Of the random numbers of hands, so that those of bodies stay as they are."""
+"""Key of the hands' own random numbers, so that those of bodies do not change."""
 
 _PRONATION = 0.8
-"""The forearms turn this far to either side [rad]."""
+"""Largest turn of the forearms to either side [rad]."""
 
 _STRAIGHT, _BENT = 0.2, 0.5
-"""Sines of the elbow's angle between which it begins to say how the forearm is turned."""
+"""Sines of the elbow angle over which it starts to determine the forearm's turn."""
 
 _ROUND_S = 60.0
-"""The gestures repeat after this time."""
+"""Time after which the gestures repeat."""
 
 
 @dataclass(frozen=True)
 class _GestureCourse:
-    """Gestures of one hand: each is reached at `reached_s` and kept until `left_s`; angles, shape (n, 5, 4)."""
+    """Gestures of one hand, each reached at `reached_s` and held until `left_s`; angles, shape (n, 5, 4)."""
 
     reached_s: Array
     left_s: Array
@@ -103,8 +103,8 @@ class SimulatedHands:
         seed: of proportions and gestures.
 
     Attributes:
-        length_m: from the wrist to the tip of the middle finger, stretched.
-        seen_off: where networks see each landmark from its place, in shares of the length, shape (2, 21, 3).
+        length_m: length of the stretched hand, from wrist to middle fingertip.
+        seen_off: offset at which networks see each landmark, as a share of the length, shape (2, 21, 3).
     """
 
     def __init__(self, body_m: Array, seed: int) -> None:
@@ -128,7 +128,7 @@ class SimulatedHands:
 
         Args:
             joints_m: true joint centres, shape (21, 3).
-            time_s: on which the fingers' pose depends.
+            time_s: time that sets the pose of the fingers.
         """
         frames = bone_frames(joints_m[None], self._body)[0]
         out = np.empty((2, LANDMARKS, 3))
@@ -151,7 +151,7 @@ class SimulatedHands:
         return out
 
     def _in_hand(self, angles: Array) -> Array:
-        """Landmarks in hand axes, shape (21, 3), of a gesture's angles."""
+        """Landmarks in hand axes for a gesture's angles, shape (21, 3)."""
         points = np.zeros((LANDMARKS, 3))
         for f in range(5):
             at = self._roots[f]
@@ -180,15 +180,15 @@ class SimulatedHands:
 
 
 def _thumb_side(straight: Array, along: Array, upper: Array, fore: Array) -> Array:
-    """Return where the thumb's side of a hand points whose forearm is neither pronated nor supinated, shape (3,).
+    """Return the direction of a hand's thumb side with the forearm neither pronated nor supinated, shape (3,).
 
-    A bent elbow moves the hand to that side (Kapandji, "The physiology of the joints", vol. 1); of a straight one it
-    is the side that it has without any twist of the arm.
+    A bent elbow moves the hand to that side (Kapandji, "The physiology of the joints", vol. 1). For a straight arm,
+    it is the thumb side of an arm without twist.
 
     Args:
-        straight: side of a straight arm.
+        straight: thumb side of a straight arm.
         along: unit vector from the wrist to the knuckles.
-        upper, fore: from the elbow to shoulder and wrist.
+        upper, fore: vectors from the elbow to shoulder and wrist.
     """
     straight = unit(straight - (straight @ along) * along)
     bent = upper - (upper @ along) * along

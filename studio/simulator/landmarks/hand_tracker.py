@@ -1,13 +1,13 @@
-"""A hand network's errors over true hands, for `studio simulate --tracker rgb`.
+"""A hand network's errors on true hands, for `studio simulate --tracker rgb`.
 
 Sizes are those that its authors give (F. Zhang et al., "MediaPipe Hands", arXiv 2006.10214: a tenth of the palm's
-size) and those of the pose network beside it:
-- an offset fixed in the hand, a shift of each landmark and one of the whole hand that stay for a second, and noise
-  from frame to frame; all in shares of the hand's length;
-- three times as much where another finger or the palm hides the landmark;
+size) and those of the pose network:
+- an offset fixed in the hand, shifts of each landmark and of the whole hand that last a second, and noise from
+  frame to frame, all as shares of the hand's length;
+- three times the shift and noise of a landmark that another finger or the palm hides;
 - a quarter of the hands is missed, in bursts of 1 to 8 frames, more where the hand itself is hidden; 2 % are turned
   and off by centimetres, in bursts of 1 to 5;
-- hands of fewer than 60 pixels are not looked for.
+- hands of fewer than 60 pixels are never found.
 """
 
 import numpy as np
@@ -38,17 +38,17 @@ _OWN = np.array(
         for row in range(LANDMARKS)
     ]
 )
-"""Whether a bone never hides a landmark: one of its own finger, or at it; shape (21, 23)."""
+"""Bones that never hide a landmark: those of its finger and those that end at it; shape (21, 23)."""
 
 
 class HandTracker:
-    """One camera's hand network. It has a state: frames must be given in order, at about 30 Hz.
+    """One camera's hand network. It is stateful: frames must be given in order, at about 30 Hz.
 
     Args:
         T_stage_camera: the camera's pose, 4x4.
-        lens: of the camera.
+        lens: the camera's lens.
         hands: the performer's true hands.
-        seed, camera: of all noise: that of the stage, and the camera's number.
+        seed, camera: the stage's seed and the camera's number, which seed all noise.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class HandTracker:
             joints_m: true joint centres in the stage frame at the frame's instant, shape (21, 3).
             time_s: of the frame.
         """
-        rng = self._rng  # every frame draws the same count, whatever its content
+        rng = self._rng  # every frame draws equally many numbers, whatever its content
         states = ((self._shift, _SHIFT_AR), (self._whole, _SHIFT_AR), (self._noise, _NOISE_AR))
         for state, kept in states:
             state[:] = kept * state + np.sqrt(1.0 - kept**2) * rng.normal(size=state.shape)
@@ -105,13 +105,13 @@ class HandTracker:
         return out
 
     def hand_pixels(self, wrist_m: Array) -> float:
-        """Return the length of a stretched hand in the picture, by the place of its wrist [pixels]; 0 = behind."""
+        """Return the length of a stretched hand in the picture [pixels] for a wrist position; 0 = behind."""
         depth = float(self._T_camera_stage[2, :3] @ wrist_m + self._T_camera_stage[2, 3])
         return self._lens.fx * self._hands.length_m / depth if depth > 0.2 else 0.0
 
 
 def hidden_in_hand(points: Array, eye: Array) -> NDArray[np.bool_]:
-    """Return which landmarks of a hand, shape (21, 3), other fingers or the palm hide from a camera, shape (21,)."""
+    """Return which landmarks of a hand, shape (21, 3), are hidden by other fingers or the palm, shape (21,)."""
     way = points - eye
     length = np.linalg.norm(way, axis=1, keepdims=True)
     sight = way * np.maximum(1.0 - _BEFORE_M / length, 0.0)
@@ -123,7 +123,7 @@ def hidden_in_hand(points: Array, eye: Array) -> NDArray[np.bool_]:
 def _burst(
     left: NDArray[np.int64], share: float, frames: tuple[int, int], rng: np.random.Generator
 ) -> NDArray[np.bool_]:
-    """Return what begins a burst in this frame; `left`, the number of frames still to come, is updated."""
+    """Return which bursts begin in this frame; update `left`, the number of remaining frames of each."""
     starts = rng.random(len(left)) < share / ((1.0 - share) * 0.5 * sum(frames))
     lengths = rng.integers(frames[0], frames[1] + 1, len(left))
     left[:] = np.maximum(left - 1, 0)

@@ -1,11 +1,11 @@
-"""True heads of simulated performers, which glance about, and what a pose network sees of a face.
+"""True heads of simulated performers, which glance about, and a pose network's errors on faces.
 
-Sizes are those of BlazePose (full) on `rgb/pose2sim_single`, by its landmarks that four cameras place together:
-- its faces are smaller than true ones, and all landmarks of a face err together, by 1 to 2 cm; each for itself by 3
-  to 5 mm, an ear by 1 cm;
-- it reports a face that the skull hides as surely as another, about where the body lets it be.
+Sizes are those of BlazePose (full) on `rgb/pose2sim_single`, from its landmarks triangulated by four cameras:
+- its faces are smaller than true ones. The landmarks of a face share an error of 1 to 2 cm; their own errors are 3 to
+  5 mm, and 1 cm for an ear;
+- it reports a face that the skull hides with the same confidence, about where the body suggests it.
 
-Nothing of it is known to a solver.
+Solvers know none of this.
 """
 
 import numpy as np
@@ -22,21 +22,21 @@ FACE = slice(0, JOINT_SETS["mediapipe"].index("left_shoulder"))
 """The landmarks of the face, which come first."""
 
 STREAM = 0x4644
-"""Of the random numbers of heads, so that those of bodies and hands stay as they are."""
+"""Key of the heads' own random numbers, so that those of bodies and hands do not change."""
 
 _ROUND_S, _RATE_HZ = 60.0, 60.0
-"""Glances repeat after this time."""
+"""Period [s] and sampling rate of the glances."""
 
 _SIZE, _VARIES = (0.65, 1.0), 0.07
 _UPRIGHT = 0.5
-"""A head keeps upright by this share of the trunk's lean."""
+"""Share of the trunk's lean that the head compensates."""
 
 _COMMON_M = (0.010, 0.009)
 _COMMON_AR = (0.9835, 0.5)
-"""The lasting error of a face as a whole, and the one from frame to frame; see `tracker`."""
+"""Lasting and frame-to-frame error of a whole face: SD [m] and AR(1) coefficient; see `tracker`."""
 
 _HIDDEN_COSINE = -0.25
-"""The skull hides a landmark whose direction from its middle is further from the camera than this."""
+"""Cosine of a landmark's direction to the camera's, from the skull's middle, below which the skull hides it."""
 
 
 class SimulatedHead:
@@ -46,7 +46,7 @@ class SimulatedHead:
         seed: of glances and proportions.
 
     Attributes:
-        seen_size: what a network makes of the face: share of its true breadth, depth and height, shape (3,).
+        seen_size: size of the face as a network sees it: share of its true breadth, depth and height, shape (3,).
     """
 
     def __init__(self, seed: int) -> None:
@@ -71,16 +71,16 @@ class SimulatedHead:
         return self.straight(joints_m) @ self.glance(time_s)
 
     def glance(self, time_s: float) -> Array:
-        """Return how a head that looks straight ahead turns further at a time, 3x3."""
+        """Return the glance at a time, a rotation from looking straight ahead, 3x3."""
         turn: Array = self._glances[round(time_s * _RATE_HZ) % len(self._glances)]
         return turn
 
 
 class FaceErrors:
-    """One camera's errors of a face as a whole. It has a state: frames must be given in order, at about 30 Hz.
+    """One camera's errors of a whole face. It is stateful: frames must be given in order, at about 30 Hz.
 
     Args:
-        seed, camera: of the noise: that of the stage, and the camera's number.
+        seed, camera: the stage's seed and the camera's number, which seed the noise.
     """
 
     def __init__(self, *, seed: int, camera: int) -> None:
@@ -98,8 +98,8 @@ def hidden_by_skull(places: Array, head: Array, to_eye: Array) -> NDArray[np.boo
     """Return which landmarks the skull hides from a camera, shape (n,).
 
     Args:
-        places: of the landmarks in the head's axes, shape (n, 3).
+        places: landmarks in the head's axes, shape (n, 3).
         head: its rotation, 3x3.
-        to_eye: from the head to the camera, shape (3,).
+        to_eye: vector from the head to the camera, shape (3,).
     """
     return unit(places) @ (head.T @ unit(to_eye)) < _HIDDEN_COSINE

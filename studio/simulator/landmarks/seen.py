@@ -30,7 +30,7 @@ class SeenLandmarks:
         camera: its name.
         lens: its true lens.
         taken_s: true capture time of each frame [s], shape (F,).
-        device_time_ns: the same on the camera's clock, shape (F,).
+        device_time_ns: capture times on the camera's clock, shape (F,).
         pictures: each frame's landmarks; None = nobody.
     """
 
@@ -48,13 +48,13 @@ def see_landmarks(
     seed: int,
     timing: PictureTiming = ALL_AT_ONCE,
 ) -> Iterator[SeenLandmarks]:
-    """Yield each camera's frames, by the contract of `tracker`; the same seed gives the same frames.
+    """Yield each camera's frames with the noise of `tracker`; the same seed gives the same frames.
 
     Args:
         motion: on the stage.
         rig: the cameras; the first one's clock is the stage clock.
         seed: of all noise, lenses and clocks.
-        timing: of all cameras' pictures.
+        timing: picture timing of all cameras.
     """
     hands, head = SimulatedHands(motion.offsets_m, seed), SimulatedHead(seed)
     performer, *streams = np.random.SeedSequence(seed).spawn(1 + len(rig))

@@ -1,4 +1,4 @@
-"""When an ordinary camera shows what: a rolling shutter, and a rate that falls when a phone gets warm."""
+"""Picture timing of an ordinary camera: a rolling shutter, and a rate that falls when a phone gets warm."""
 
 from dataclasses import dataclass
 
@@ -14,12 +14,12 @@ _NEAREST_M = 0.2
 
 @dataclass(frozen=True)
 class PictureTiming:
-    """How a camera takes pictures.
+    """Picture timing of a camera.
 
     Attributes:
-        readout_s: time from the first row to the last; a picture's stamp is that of its middle row. 0 = all at once.
-        slow_s: spans of true time in which it takes fewer pictures [s].
-        slow_share: of the pictures that it takes then.
+        readout_s: time from the first row to the last, 0 = all at once; the timestamp is that of the middle row.
+        slow_s: spans of true time with fewer pictures [s].
+        slow_share: share of the pictures taken in these spans.
     """
 
     readout_s: float = 0.0
@@ -37,7 +37,7 @@ class PictureTiming:
     def joints(
         self, motion: CanonicalMotion, time_s: float, T_camera_stage: NDArray[np.float64], lens: Lens
     ) -> NDArray[np.float64]:
-        """Return the joints, each at the moment when its row is read, shape (21, 3) [m], stage frame."""
+        """Return the joints in the stage frame, each at the readout time of its row [m], shape (21, 3)."""
         joints = motion.at(time_s)
         if not self.readout_s:
             return joints

@@ -1,18 +1,18 @@
-"""A pose network's errors over true landmarks: the contract of `studio simulate --tracker rgb`.
+"""A pose network's errors on true landmarks: the specification of `studio simulate --tracker rgb`.
 
-Per camera and landmark; sizes are those of BlazePose (full) against hand-checked places in four real videos at 3.4 m,
-and grow and shrink with the performer in the picture:
-- an anatomical offset fixed in the bone's axes, SD 1 cm each, one for all cameras of a performer;
-- a shift that stays for some seconds (AR(1), 2 s), and noise from frame to frame (AR(1), 0.5 a frame at 30 Hz), SD by
-  landmark (`_SIZES_M`); four times as much where another body part hides it, whose visibility is then 0.1 to 0.7,
-  else 0.85 to 1;
-- 1 % of landmark-frames 5 to 20 cm off, in bursts of 1 to 6 frames;
-- a face that glances about, whose landmarks mostly err together (`heads`);
-- left and right exchanged in 3 % of the frames, in bursts of 1 to 8, and five times as often from behind;
-- the body about the hips as one picture lets it be guessed: of a usual stature, flattened by a tenth, turned by some
+Per camera and landmark. Sizes are those of BlazePose (full) against hand-checked places in four real videos at 3.4 m,
+and scale with the performer in the picture:
+- an anatomical offset fixed in the bone's axes, SD 1 cm each, the same for all cameras of a performer;
+- a shift that lasts some seconds (AR(1), 2 s), and noise from frame to frame (AR(1), 0.5 per frame at 30 Hz), SD by
+  landmark (`_SIZES_M`);
+- occlusion by another body part: 4 times both, and a visibility of 0.1 to 0.7 instead of 0.85 to 1;
+- outliers: 1 % of landmark-frames, 5 to 20 cm off, in bursts of 1 to 6 frames;
+- a face that glances about, with mostly common errors (`heads`);
+- swaps of left and right in 3 % of the frames, in bursts of 1 to 8, and five times as often from behind;
+- world landmarks about the hips as guessed from one picture: a usual stature, flattened by a tenth, turned by some
   degrees, and 4 cm off in depth.
 
-A frame with over half of the landmarks outside the picture shows nobody. The lens is no nominal one: its field
+A frame with over half of the landmarks outside the picture shows nobody. The lens is not nominal: its field of view
 is 58 to 74 degrees, with some distortion.
 """
 
@@ -34,16 +34,16 @@ _FIELD_DEG = (58.0, 74.0)
 _K1_SD = 0.03
 _COUNT = len(NAMES)
 _ANATOMY_M = 0.01
-_SIZES_M = {  # the lasting shift, and the noise
+_SIZES_M = {  # SD of the lasting shift and of the noise
     "shoulder": (0.006, 0.007), "elbow": (0.008, 0.008), "wrist": (0.008, 0.008), "pinky": (0.010, 0.008),
     "index": (0.010, 0.008), "thumb": (0.010, 0.008), "hip": (0.011, 0.008), "knee": (0.011, 0.009),
     "ankle": (0.010, 0.008), "heel": (0.013, 0.009), "foot_index": (0.011, 0.009),
 }  # fmt: skip
 _FACE_M, _EAR_M, _FACE_ANATOMY = (0.008, 0.005), (0.010, 0.006), 0.6
-"""Of the face's landmarks for themselves, and the share of the anatomical offset of those that are no ears."""
+"""Own errors of the face's landmarks and of the ears, and the others' share of the anatomical offset."""
 
 _BEHIND_TIMES, _BEHIND_GUESS = 2.0, 0.5
-"""Errors of a landmark that the skull hides, and how far it is seen where a straight head has it."""
+"""Error factor of a landmark behind the skull, and its share of the way to its place on a straight head."""
 
 _SHIFT_AR, _NOISE_AR = 0.9835, 0.5
 _HIDDEN_TIMES = 4.0
@@ -65,7 +65,7 @@ _MIRROR = np.array(
 
 @dataclass(frozen=True)
 class SeenPicture:
-    """One frame of a camera: pixels, shape (33, 2); visibility, shape (33,); world landmarks [m], shape (33, 3); and
+    """One frame of a camera: pixels, shape (33, 2); visibility, shape (33,); world landmarks [m], shape (33, 3);
     pixels of the left and the right hand, shape (2, 21, 2), NaN = not seen.
     """
 
@@ -92,16 +92,16 @@ def random_lens(rng: np.random.Generator) -> Lens:
 
 
 class LandmarkTracker:
-    """One camera's pose network. It has a state: frames must be given in order, at about 30 Hz.
+    """One camera's pose network. It is stateful: frames must be given in order, at about 30 Hz.
 
     Args:
         T_stage_camera: the camera's pose, 4x4.
-        lens: of the camera.
+        lens: the camera's lens.
         body_m: T-pose offsets of the performer, shape (21, 3); see `CanonicalMotion`.
         anatomy_m: see `landmark_anatomy`; the same for all cameras.
         rng: this camera's own stream.
         hands: the hand network of the same camera.
-        head: the performer's.
+        head: the performer's head.
         face: this camera's errors of faces.
     """
 
@@ -132,10 +132,10 @@ class LandmarkTracker:
 
         Args:
             joints_m: true joint centres in the stage frame at the frame's instant, shape (21, 3).
-            time_s: the instant.
+            time_s: of the frame.
         """
         hands = self._hands.see(joints_m, time_s)
-        rng = self._rng  # every frame draws the same count, whatever its content
+        rng = self._rng  # every frame draws equally many numbers, whatever its content
         for state, kept in ((self._shift, _SHIFT_AR), (self._noise, _NOISE_AR), (self._turn, _SHIFT_AR)):
             state[:] = kept * state + np.sqrt(1.0 - kept**2) * rng.normal(size=state.shape)
         draw, way, reach = rng.random(_COUNT), rng.normal(size=(_COUNT, 3)), rng.uniform(0.05, 0.2, _COUNT)
@@ -167,8 +167,7 @@ class LandmarkTracker:
     def _landmarks(
         self, joints_m: NDArray[np.float64], time_s: float, times: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Landmarks before errors [m], shape (33, 3); errors are told to be larger, in `times`, where the skull
-        hides one."""
+        """Landmarks before errors [m], shape (33, 3); raises the error factors `times` of those behind the skull."""
         straight = self._head.straight(joints_m)
         head = straight @ self._head.glance(time_s)
         true, guessed = landmarks_of(
@@ -197,7 +196,7 @@ class LandmarkTracker:
 def _burst(
     left: NDArray[np.int64], how: tuple[float, int, int], times: float, rng: np.random.Generator
 ) -> NDArray[np.bool_]:
-    """Return what begins a burst in this frame; `left`, the number of frames still to come, is updated."""
+    """Return which bursts begin in this frame; update `left`, the number of remaining frames of each."""
     share, shortest, longest = how
     share = min(share * times, 0.5)
     starts = rng.random(len(left)) < share / ((1.0 - share) * 0.5 * (shortest + longest))

@@ -1,4 +1,4 @@
-"""The performer's movements beside the motion: turning the head, opening and closing the hands."""
+"""Movements added to the performer's motion: turning the head, opening and closing the hands."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ _CHANGE_S = 0.25
 def head_turns(times_s: Array, rng: np.random.Generator) -> Array:
     """Return small turns of the head, shape (F, 3, 3), in the body's T-pose axes.
 
-    A glance goes to one side by up to 45 degrees, up or down by up to 20, and is held for one to three seconds.
+    A glance turns to one side by up to 45 degrees, up or down by up to 20, and lasts one to three seconds.
     """
     angles = np.zeros((len(times_s), 3))
     now = 1.0

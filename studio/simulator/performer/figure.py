@@ -20,14 +20,14 @@ _OPENNESS_STEPS = 64
 
 
 class Figure:
-    """A performer in motion, for one camera; its clothes depend on the earlier frames.
+    """A performer in motion, for one camera; the clothes depend on earlier frames.
 
     Args:
         mesh: the body.
         performance: its motion.
 
     Attributes:
-        enters_s: when it comes in [s]; before it nobody is there.
+        enters_s: entrance of the performer [s]; absent before it.
     """
 
     def __init__(self, mesh: BodyMesh, performance: PerformerMotion) -> None:
@@ -37,7 +37,7 @@ class Figure:
         self._hands = _bent_hands(mesh)
 
     def at(self, time_s: float) -> NDArray[np.float32]:
-        """Return the vertices at a time [m], shape (V, 3); times must not go back."""
+        """Return the vertices at a time [m], shape (V, 3); times must not decrease."""
         vertices = skin(self.mesh.vertices_m, *self.mesh.skin, *self.bones_at(time_s))
         self._cloth.follow(vertices, time_s)
         return vertices

@@ -23,7 +23,7 @@ from studio.simulator.performer.acting import hand_changes, head_turns
 
 Array = NDArray[np.float64]
 
-# The bone that starts at a joint points to this one.
+# Joint to which the bone that starts at the key points.
 _NEXT = {f"{side}_{a}": f"{side}_{b}" for side in ("left", "right")
          for a, b in (("shoulder", "elbow"), ("elbow", "wrist"), ("wrist", "hand"),
                       ("hip", "knee"), ("knee", "ankle"), ("ankle", "toe"))}  # fmt: skip
@@ -38,7 +38,7 @@ class PerformerMotion:
         rotations_wxyz: rotation of every bone of the body from the T-pose, shape (F, BODY_BONES, 4); signs continuous
             over time.
         calibration_s: length of the calibration part; None = there is none.
-        enters_s: when the performer comes in [s]; before it nobody is there.
+        enters_s: entrance of the performer [s]; absent before it.
     """
 
     motion: CanonicalMotion
@@ -75,11 +75,11 @@ def perform(
     acts: bool = True,
     enters_s: float = 0.0,
 ) -> PerformerMotion:
-    """Return a motion with a performer's body.
+    """Return a motion retargeted to a performer's body.
 
     Args:
-        motion: of its own skeleton, on the stage.
-        performer: gives the proportions.
+        motion: on the stage, with its own skeleton.
+        performer: sets the proportions.
         turned: bone rotations from the T-pose, shape (F, 21, 3, 3); NaN = unknown.
         calibration_s, enters_s: see `PerformerMotion`.
         acts: the performer looks about, and opens and closes the hands where the motion keeps them open.
@@ -104,7 +104,7 @@ def perform(
 def read_performance(
     path: str | Path, performer: Actor, *, unit_m: float | None = None, calibration: bool = True
 ) -> PerformerMotion:
-    """Return the motion of an animation, or `demo`, with a performer's body on the stage, after its calibration part.
+    """Return an animation's motion, or `demo`, with a performer's body on the stage, after the calibration part.
 
     Raises:
         FormatError: see `simulator.motion.stage_motion`.
@@ -127,7 +127,7 @@ def read_performance(
 def _file_rotations(source: Motion, offsets_m: Array) -> Array | None:
     """Rotations from the T-pose of the bone that starts at each canonical joint, shape (F, 21, 3, 3).
 
-    A file's rotations count from its own rest pose; None if that does not stand upright.
+    The file's rotations are relative to its own rest pose; None if that pose is not upright.
     """
     joints = canonical_joints(source)
     rest = source.rest_m
@@ -150,7 +150,7 @@ def _file_rotations(source: Motion, offsets_m: Array) -> Array | None:
 
 
 def _looking(rotations: Array, looks: Array) -> Array:
-    """Bone rotations with the head turned further by `looks`, and the neck half as far."""
+    """Bone rotations with the head turned further by `looks`, and the neck by half of it."""
     out = rotations.copy()
     head, neck = BONE["head"], BONE["neck"]
     out[:, head] = rotations[:, head] @ looks

@@ -1,4 +1,4 @@
-"""A thing that the simulated performer holds in a hand: its motion, and its mesh for depth cameras."""
+"""A prop in the simulated performer's hand: its motion, and its mesh for depth cameras."""
 
 from dataclasses import dataclass, replace
 
@@ -14,14 +14,14 @@ from studio.simulator.performer.motion import PerformerMotion
 Array = NDArray[np.float64]
 
 _PALM_M = 0.022
-"""From the hand's joint to the palm."""
+"""From the hand joint to the palm."""
 
 _THIN_M = 0.07
-"""What is thinner lies in a closed hand, across the palm; what is thicker lies on an open one."""
+"""Largest thickness of a prop in a closed hand, across the palm; thicker ones lie on an open hand."""
 
 _CLOSED, _OPEN = 0.15, 0.75
 _ALONG = 0.25
-"""A long thing is held so far from its middle, in its lengths."""
+"""Distance of a thin prop's grip from its middle, as a share of the length."""
 
 _TILT = 0.25
 _ROUND, _RINGS = 24, 12
@@ -38,16 +38,16 @@ class PropMesh:
 
 
 class HeldProp:
-    """A prop in a performer's hand, to which it is fixed from when the performance begins.
+    """A prop fixed to a performer's hand from the start of the performance.
 
     Args:
         shape: of the prop.
-        performance: of the performer; see `holding`.
+        performance: the performer's motion; see `holding`.
         hand: `left_hand` or `right_hand`.
 
     Attributes:
         mesh: of the prop.
-        enters_s: when it comes in: with the end of the calibration part [s].
+        enters_s: time of appearance, the end of the calibration part [s].
     """
 
     def __init__(self, shape: RigidShape, performance: PerformerMotion, hand: str) -> None:
@@ -68,7 +68,7 @@ class HeldProp:
         return joints[INDEX[self._hand]] + hand @ self._place, hand @ self._turn
 
     def truth_csv(self) -> bytes:
-        """Return where the prop is at 120 Hz: time, x, y, z [m], rotation w, x, y, z."""
+        """Return the prop's poses at 120 Hz: time, x, y, z [m], rotation w, x, y, z."""
         times = np.arange(self.enters_s, self._performance.motion.duration_s, 1.0 / RATE_HZ).tolist()
         lines = ["time_s,x_m,y_m,z_m,qw,qx,qy,qz"]
         for time_s in times:
@@ -79,7 +79,7 @@ class HeldProp:
 
 
 def holding(performance: PerformerMotion, shape: RigidShape, hand: str) -> PerformerMotion:
-    """Return the performance with a hand that is bent about a prop."""
+    """Return the performance with one hand bent around a prop."""
     hands = performance.motion.hands_open.copy()
     side = 0 if hand == "left_hand" else 1
     first = round((performance.calibration_s or 0.0) / performance.motion.frame_s)
@@ -88,8 +88,8 @@ def holding(performance: PerformerMotion, shape: RigidShape, hand: str) -> Perfo
 
 
 def _grip(shape: RigidShape, sign: float) -> tuple[Array, Array]:
-    """Return the prop's origin from the hand's joint [m] and its rotation, in the hand's axes of the T-pose, in which
-    the palm faces down and the thumb points to -y."""
+    """Return the prop's origin relative to the hand joint [m] and its rotation, in the hand's T-pose axes: palm down,
+    thumb towards -y."""
     edges = shape.edges_m
     longest = int(edges.argmax())
     if np.sort(edges)[1] >= _THIN_M:
@@ -119,7 +119,7 @@ def prop_mesh(shape: RigidShape, albedo: float = 0.5) -> PropMesh:
             np.stack([r * np.cos(around), r * np.sin(around), np.full(_ROUND, z)], axis=1) for r, z in profile
         ]
         axis = "xyz".index(shape.axis) if shape.kind == "cylinder" else 2
-        order = [(k - axis + 2) % 3 for k in range(3)]  # z of the profile becomes the axis; a turn, no mirror
+        order = [(k - axis + 2) % 3 for k in range(3)]  # z of the profile becomes the axis, without mirroring
         vertices = np.concatenate(rings)[:, order] * half
         triangles = []
         for ring in range(len(profile) - 1):

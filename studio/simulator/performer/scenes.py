@@ -21,7 +21,7 @@ def _both(values: dict[str, float]) -> dict[str, float]:
 
 
 class _Scene:
-    """T-pose, then arms down; further parts are appended."""
+    """T-pose, then arms down; more parts can be appended."""
 
     def __init__(self) -> None:
         self.keys, self.path, self.now = Keys(), FloorPath(), T_POSE_S

@@ -1,4 +1,4 @@
-"""A simulated depth camera: the performer in the room, measured with a sensor's noise."""
+"""A simulated depth camera: performer and room, measured with a sensor's noise."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ class SimulatedDepthCamera:
     Args:
         sensor: the sensor model.
         T_stage_camera: its pose, shape (4, 4).
-        figures: people and props in view; each person's figure belongs to this camera alone.
+        figures: people and props in view; a person's figure belongs to this camera alone.
         room: the surroundings.
         rng: of its noise.
         cameras: number of cameras of the same sensor on the stage, this one included.
@@ -49,7 +49,7 @@ class SimulatedDepthCamera:
         self._T_camera_stage = invert_transform(T_stage_camera)
 
     def image(self, time_s: float) -> NDArray[np.uint16]:
-        """Return the depth image at a time [mm], shape (H, W); 0 = no reading. Times must not go back."""
+        """Return the depth image at a time [mm], shape (H, W); 0 = no reading. Times must not decrease."""
         view = self.view(time_s)
         if self.sensor.family is None:
             near, far = self.sensor.range_m

@@ -32,14 +32,14 @@ class Rasteriser:
         depth_m: Array32,
         index: NDArray[np.int32],
     ) -> None:
-        """Draw triangles that face the camera into a depth image where they are nearer than its content.
+        """Draw triangles that face the camera into a depth image, where they are nearer than its content.
 
         Args:
             vertices: in the stage frame [m], shape (V, 3).
-            triangles: counter-clockwise seen from outside, shape (T, 3); backs are left out.
+            triangles: counter-clockwise seen from outside, shape (T, 3); back faces are skipped.
             T_camera_stage: takes stage points to the camera, shape (4, 4).
-            depth_m: z per pixel, inf = nothing yet, shape (H, W); changed.
-            index: number of the triangle in each pixel, shape (H, W); changed.
+            depth_m: z per pixel, inf = nothing yet, shape (H, W); updated.
+            index: index of the triangle in each pixel, shape (H, W); updated.
         """
         _draw(vertices, triangles, T_camera_stage, self._lens, depth_m, index)
 
@@ -85,7 +85,7 @@ def _draw(
             continue
         ax, ay, bx, by, qx, qy = seen[a, 0], seen[a, 1], seen[b, 0], seen[b, 1], seen[c, 0], seen[c, 1]
         area = (bx - ax) * (qy - ay) - (by - ay) * (qx - ax)
-        if area >= 0:  # y points down in the image, so a front is clockwise there
+        if area >= 0:  # y points down in the image, so a front face is clockwise there
             continue
         left, right = int(np.ceil(min(ax, bx, qx))), int(np.floor(max(ax, bx, qx)))
         top, bottom = int(np.ceil(min(ay, by, qy))), int(np.floor(max(ay, by, qy)))

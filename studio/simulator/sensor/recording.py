@@ -1,4 +1,4 @@
-"""`studio simulate --tracker depth`: depth images of all cameras into a take, and the truth."""
+"""`studio simulate --tracker depth`: depth images of all cameras in a take, and the ground truth."""
 
 import heapq
 from collections.abc import Callable, Iterator
@@ -17,7 +17,7 @@ from studio.take.raw.records import intrinsics_of
 
 
 def record_depth(take: Take, stage: DepthStage, progress: Callable[[float], None] | None = None) -> None:
-    """Write every camera's depth images to the take's `raw.mcap`, in the order of their instants.
+    """Write every camera's depth images to the take's `raw.mcap`, ordered by capture time.
 
     Each camera has its own trigger and clock and loses frames; the first one's clock is the stage clock.
 
@@ -67,7 +67,7 @@ def _images(stage: DepthStage, index: int, end_s: float) -> Iterator[tuple[float
 
 def truth_csv(performance: PerformerMotion) -> bytes:
     """Return the true joints [m], the head's rotation (wxyz, from facing -y) and the openness of the hands, at 120
-    Hz, from when the performer comes in.
+    Hz, from the performer's entrance.
     """
     motion = performance.motion
     names = [f"{name}_{axis}" for name in CANONICAL for axis in "xyz"]

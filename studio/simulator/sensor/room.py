@@ -1,4 +1,4 @@
-"""The room: static floor, walls and furniture, seen by one camera."""
+"""The room: static floor, walls and furniture, as one camera sees it."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ _HALF_M = 2.7
 _AROUND_M = 0.6
 _HEIGHT_M = 2.7
 _CORNER_M = 0.22
-"""Distance from a corner of the room within which multipath light matters."""
+"""Distance from another wall over which multipath light decays by a factor of e."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Room:
     Attributes:
         low_m, high_m: corners of the room [m], floor at 0.
         boxes: furniture.
-        albedo: of floor, walls and ceiling.
+        albedo: reflectivity of floor, walls and ceiling.
     """
 
     low_m: tuple[float, float, float]
@@ -43,7 +43,7 @@ class Room:
 
     @staticmethod
     def around(places_m: Array, *, furniture: bool = False) -> "Room":
-        """Return a room that holds the stage and all of `places_m`, cameras and people, shape (n, 3)."""
+        """Return a room around the stage and `places_m`, those of cameras and people, shape (n, 3)."""
         low = np.minimum(places_m.min(axis=0) - _AROUND_M, -_HALF_M)
         high = np.maximum(places_m.max(axis=0) + _AROUND_M, _HALF_M)
         boxes = _furniture(high) if furniture else ()
@@ -66,7 +66,7 @@ def _furniture(high: Array) -> tuple[Box, ...]:
 
 @dataclass(frozen=True)
 class Backdrop:
-    """The room in one camera's image; all of shape (H, W), see `View`."""
+    """The room in one camera's image; all of shape (H, W), see `SensorView`."""
 
     depth_m: Image32
     cosine: Image32
@@ -103,10 +103,10 @@ def backdrop(room: Room, camera: DepthCamera, T_stage_camera: Array) -> Backdrop
 
 
 def nearness(room: Room, points: Array, own: NDArray[np.int64]) -> Array:
-    """Return the nearness of points [m], shape (n, 3), to a plane of the room other than their own, 0..1.
+    """Return the nearness of points [m], shape (n, 3), to the planes of the room other than their own, 0..1.
 
     Args:
-        own: index of a point's own plane, -1 = none, shape (n,).
+        own: index of each point's own plane, -1 = none, shape (n,).
     """
     near = np.zeros(len(points))
     for axis in range(3):
@@ -117,7 +117,7 @@ def nearness(room: Room, points: Array, own: NDArray[np.int64]) -> Array:
 
 
 def _box_hits(box: Box, eye: Array, rays: Array, length: Array) -> tuple[Array, Array]:
-    """Distances at which rays enter a box (inf = they do not), and the cosine of incidence there."""
+    """Distances at which rays enter a box, inf = miss, and the cosine of incidence there."""
     c, s = np.cos(box.yaw), np.sin(box.yaw)
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
     start, way = turn @ (eye - box.centre_m), rays @ turn.T

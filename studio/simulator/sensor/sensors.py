@@ -29,14 +29,14 @@ _K4A_LENS = (0.547940, -0.020971, 2.0558e-5, -7.2104e-5, -0.002652, 0.889679, 0.
 
 @dataclass(frozen=True)
 class StructuredLight:
-    """Matching of a projected pattern in one infrared camera; or stereo, with the second camera as the projector.
+    """Matching of a projected pattern by an infrared camera, or stereo, with the second camera as the projector.
 
     Attributes:
         baseline_m: distance of the projector or second camera to the right of the camera.
         disparity_noise_px: SD of the disparity.
         disparity_step_px: the disparity is rounded to this.
         patch_px: size of the patches over which noise is correlated; 0 = independent pixels.
-        edge_noise_px: SD of the place of an edge.
+        edge_noise_px: SD of the position of an edge.
         lost_at_edge: share of the pixels at an edge without a reading, because a match there includes both sides.
         disturbed: whether others' patterns disturb it.
     """
@@ -76,11 +76,11 @@ class Sensor:
     """A depth sensor.
 
     Attributes:
-        name: as in `--sensor`.
-        device: for people.
+        name: for `--sensor`.
+        device: displayed name.
         camera: intrinsics.
         range_m: nearest and farthest reading.
-        family: its noise model; None = exact.
+        family: noise model; None = exact.
     """
 
     name: str
@@ -129,10 +129,10 @@ SENSORS: dict[str, Sensor] = {
 
 
 def find_sensor(name: str) -> Sensor:
-    """Return the sensor of a name.
+    """Return the sensor with a name.
 
     Raises:
-        SettingsError: there is none.
+        SettingsError: unknown name.
     """
     if name not in SENSORS:
         raise SettingsError(unknown("sensor", name, SENSORS))

@@ -23,17 +23,17 @@ _DROP_LONGEST = 3
 
 @dataclass(frozen=True)
 class DepthStage:
-    """Common data of all cameras of a stage.
+    """Data shared by all cameras of a stage.
 
     Attributes:
-        sensor: every camera's.
+        sensor: of every camera.
         rig: poses of the cameras.
         performance: the performer's motion.
         mesh: the performer's body.
         others: bodies of further people in view, and their motions.
-        room: the room around.
+        room: the surrounding room.
         seed: of all noise.
-        props: things that are held.
+        props: held in a hand.
     """
 
     sensor: Sensor
@@ -57,7 +57,7 @@ class DepthStage:
         others: tuple[tuple[Actor, PerformerMotion], ...] = (),
         props: tuple[HeldProp, ...] = (),
     ) -> "DepthStage":
-        """Return the stage of a performer, of others in view, and of props, in a room as large as the rig needs."""
+        """Return the stage of a performer, others in view and props, in a room around the rig and all people."""
         people = [
             done.motion.positions_m.reshape(-1, 3) for done in (performance, *(done for _, done in others))
         ]
@@ -68,7 +68,7 @@ class DepthStage:
         return DepthStage(sensor, rig, performance, mesh, room, seed, more, props)
 
     def camera(self, index: int) -> SimulatedDepthCamera:
-        """Return one camera; two with the same index give the same images at the same times."""
+        """Return one camera; cameras with the same index give the same images at the same times."""
         people = (Figure(self.mesh, self.performance), *(Figure(mesh, other) for mesh, other in self.others))
         return SimulatedDepthCamera(
             self.sensor,

@@ -8,16 +8,16 @@ from studio.simulator.sensor.sensors import Sensor, StructuredLight
 from studio.simulator.sensor.view import Image32, SensorView
 
 _BLOB_PX = 7
-"""Size of the patches of holes and noise from others' patterns."""
+"""Size of the patches that other cameras' patterns blank out."""
 
 _JUMP_M = 0.06
-"""Neighbours with a larger difference, plus 2 % of the distance, are an edge."""
+"""Smallest depth difference of neighbours at an edge, plus 2 % of the distance."""
 
 _FAR_PX = 97
-"""Distance in columns at which random numbers are independent."""
+"""Column offset of a pixel's second, independent random number."""
 
 DISTURBED: tuple[float, ...] = (0.004, 0.014, 0.05, 0.38)
-"""Share of an image at 2.5 m without a reading, by the number of structured-light cameras: one to three are usable,
+"""Share of an image at 2.5 m without a reading, by the number of structured-light cameras. One to three are usable,
 four are not, as in the thesis. It grows with the square of the distance, as the camera's own light fades.
 """
 
@@ -25,8 +25,8 @@ four are not, as in the thesis. It grows with the square of the distance, as the
 def measure(sensor: Sensor, view: SensorView, rng: np.random.Generator, cameras: int) -> NDArray[np.uint16]:
     """Return the depth image [mm], shape (H, W); 0 = no reading.
 
-    Noise is in the disparity, which is rounded to steps, so depth noise and steps grow with the square of the
-    distance. Edges are ragged. Places that the projector (or the second camera) does not reach are in shadow.
+    Noise affects the disparity, which is rounded to steps, so depth noise and steps grow with the square of the
+    distance. Edges are ragged. Surfaces that the projector (or the second camera) does not reach are in shadow.
 
     Args:
         cameras: number of structured-light cameras, this one included.
@@ -53,14 +53,14 @@ def measure(sensor: Sensor, view: SensorView, rng: np.random.Generator, cameras:
 
 
 def _patches(rng: np.random.Generator, shape: tuple[int, ...], size: int) -> Image32:
-    """Smooth noise of SD about 1 with patches of a size [pixels]."""
+    """Smooth noise of SD about 1, in patches of this size [pixels]."""
     coarse = rng.standard_normal((shape[0] // size + 3, shape[1] // size + 3), dtype=np.float32)
     return _bilinear(coarse, shape[0], shape[1], size, *rng.random(2))
 
 
 @compiled
 def _bilinear(coarse: Image32, height: int, width: int, size: int, down: float, right: float) -> Image32:
-    """Interpolated values of a coarse grid, rescaled to an SD of about 1, shifted by a part of its cell."""
+    """Values interpolated in a coarse grid, shifted by a fraction of a cell and rescaled to an SD of about 1."""
     out = np.empty((height, width), np.float32)
     for row in range(height):
         y = row / size + down
@@ -110,7 +110,7 @@ def _measure(
     height, width = depth.shape
     out = np.zeros((height, width), np.uint16)
     for row in range(height):
-        reached = 1e9  # leftmost column of the projector in use so far, from the right
+        reached = 1e9  # leftmost projector column used so far, from the right
         for column in range(width - 1, -1, -1):
             z = depth[row, column]
             if not z < 30.0:

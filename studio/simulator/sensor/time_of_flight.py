@@ -11,15 +11,15 @@ _CONTRAST = 2.5
 """Largest ratio of the light from both sides of an edge, because gains differ between pixels."""
 
 _JUMP_M = 0.06
-"""Neighbours with a larger difference, or 3 % of the distance, are an edge."""
+"""Smallest depth difference of neighbours at an edge; at least 3 % of the distance."""
 
 
 def measure(sensor: Sensor, view: SensorView, rng: np.random.Generator) -> NDArray[np.uint16]:
     """Return the depth image [mm], shape (H, W); 0 = no reading.
 
     Noise grows with distance and incidence and falls with the amplitude of the returned light. A pixel at an edge
-    mixes front and back by their amplitudes (flying pixel) or has no reading. In corners light arrives by two paths,
-    and the depth is too large.
+    mixes front and back by their amplitudes (flying pixel) or has no reading. In corners, light arrives by two
+    paths, so the depth is too large.
     """
     family = sensor.family
     assert isinstance(family, TimeOfFlight)

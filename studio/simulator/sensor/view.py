@@ -14,7 +14,7 @@ class SensorView:
 
     Attributes:
         depth_m: z; inf where there is nothing.
-        cosine: of the angle between the ray and the surface's normal.
+        cosine: of the angle between the ray and the surface normal.
         albedo: reflectivity of the surface, 0..1.
         corner: nearness to another surface of the room, 1 = in the corner, 0 = far away.
     """

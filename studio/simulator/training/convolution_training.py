@@ -14,10 +14,10 @@ _BATCH = 128
 _RATE = 2e-3
 _WARM_UP = 50
 _SMOOTHED = 0.02
-"""Distance of the targets of log-odds from 0 and 1."""
+"""Label smoothing: distance of targets from 0 and 1."""
 
 Slope = Callable[[Array32, Array32], Array32]
-"""Derivative of a loss by the outputs, from outputs and targets, all of shape (n, outputs)."""
+"""Derivative of a loss by the outputs, given outputs and targets, all of shape (n, outputs)."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Samples:
     """Training samples of a network.
 
     Attributes:
-        windows: shape (n, side, side, channels). about: shape (n, about). targets: shape (n, outputs).
+        windows: shape (n, side, side, channels). about: further inputs, shape (n, about). targets: (n, outputs).
     """
 
     windows: Array32
@@ -42,8 +42,8 @@ class Lesson:
         mirror: factors of the targets for a mirror image, shape (outputs,).
         channels: outputs of the convolutions. hidden: of the first dense layer.
         epochs: passes over the samples.
-        dropout: share of the dense layer's inputs that are left out at random.
-        decay: of the weights, as a share of the rate.
+        dropout: share of the dense layer's inputs dropped at random.
+        decay: weight decay, as a share of the learning rate.
     """
 
     slope: Slope
@@ -56,24 +56,24 @@ class Lesson:
 
 
 def of_log_odds(outputs: Array32, targets: Array32) -> Array32:
-    """Derivative of the cross-entropy between targets of 0..1 and outputs that are log-odds."""
+    """Derivative of the cross-entropy between targets in 0..1 and outputs in log-odds."""
     wanted = targets * (1 - 2 * _SMOOTHED) + _SMOOTHED
     return np.divide(1, 1 + np.exp(-outputs)) - wanted
 
 
 def of_distance(outputs: Array32, targets: Array32) -> Array32:
-    """Derivative of the squared distance between outputs and targets: outputs become the targets' means."""
+    """Derivative of the squared distance between outputs and targets, which fits outputs to the mean target."""
     return 2 * (outputs - targets)
 
 
 def train_convolution(samples: Samples, lesson: Lesson, rng: np.random.Generator) -> Convolution:
-    """Return a network trained by Adam with decoupled weight decay; half of the windows are mirrored, in their second
-    axis.
+    """Return a network trained by Adam with decoupled weight decay; half of the windows are mirrored along their
+    second axis.
 
     Args:
         samples: to train on.
         lesson: options.
-        rng: of the first weights, the order, the mirror images and the dropout.
+        rng: random generator of initial weights, order, mirroring and dropout.
 
     Source: Kingma and Ba 2015 (Adam); Loshchilov and Hutter 2019 (decoupled decay, cosine schedule).
     """
@@ -127,7 +127,7 @@ def _dense(inputs: int, outputs: int, rng: np.random.Generator) -> list[Array32]
 def _gradients(
     network: Convolution, windows: Array32, about: Array32, kept: Array32, slope: Slope, targets: Array32
 ) -> list[Array32]:
-    """Return the derivative of the loss by every weight and bias, `kept` of the dense inputs being used."""
+    """Return the derivative of the loss by every weight and bias, with only the `kept` dense inputs."""
     layers, convolutions = network.layers, len(KERNELS)
     values, seen = windows, []
     for k, (width, stride) in enumerate(KERNELS):
@@ -156,7 +156,7 @@ def _gradients(
 def _spread(
     rows: Array32, patch_shape: tuple[int, ...], shape: tuple[int, ...], width: int, stride: int
 ) -> Array32:
-    """Return the images, of `shape`, from the sum of rows of patches: the adjoint of `patches`."""
+    """Return images of `shape` as sums of the rows of patches: the adjoint of `patches`."""
     parts = rows.reshape(*patch_shape[:3], width, width, shape[3])
     out = np.zeros(shape, np.float32)
     down, right = stride * patch_shape[1], stride * patch_shape[2]

@@ -24,21 +24,21 @@ from studio.simulator.training.convolution_training import Lesson, Samples, of_l
 from studio.simulator.training.training_views import TrainingView, training_views
 
 JOINT_NOISE_M = (0.024, 0.045)
-"""Error of the tracker's wrist and elbow, per axis, for an adult: usual, and with bad tracking."""
+"""SD of the tracker's wrist and elbow errors per axis, for an adult: usual, and with bad tracking."""
 
 _BADLY = 0.3
-"""Share of bad tracking."""
+"""Share of samples with bad tracking."""
 
 _NETWORKS = 2
 _TIMES = 3
 _FOREARM_M = 0.25
 
 LESSON = Lesson(of_log_odds, np.ones(1, np.float32), (12, 24), hidden=48, epochs=8, dropout=0.3, decay=2e-2)
-"""A mirror image keeps its openness, because palm and back of a hand look alike in depth."""
+"""Mirroring keeps the openness, because palm and back of a hand look alike in depth."""
 
 
 def hand_samples(views: Iterable[TrainingView], rng: np.random.Generator) -> Samples:
-    """Return windows of hands with a tracker's errors, and the openness of the hands."""
+    """Return windows of hands, placed with a tracker's errors, and the openness of the hands."""
     windows, about, targets = [], [], []
     for view in views:
         if view.what == "head":
@@ -66,13 +66,13 @@ def read_clips(paths: list[str]) -> tuple[CanonicalMotion, ...]:
     """Return the motions of BVH files and of the embedded performance.
 
     Raises:
-        FormatError: a file that is no BVH.
+        FormatError: a file that is not a BVH.
     """
     return tuple(read_performance(path, TUNING[0], calibration=False).motion for path in (*paths, DEMO))
 
 
 def arguments(text: str, out: Path) -> argparse.Namespace:
-    """Return the command line's arguments: clips, performers, poses, seed and out."""
+    """Return the command line arguments: clips, performers, poses, seed and out."""
     parser = argparse.ArgumentParser(description=text)
     parser.add_argument("clips", nargs="*", help="BVH files whose poses are used")
     parser.add_argument("--performers", type=int, default=240)

@@ -1,6 +1,6 @@
 """Training of the head's networks: `python -m studio.simulator.training.head_training CLIP.bvh ... [--out FILE]`.
 
-Clips and performers are those of `hand_training`; cameras stand all round, and heads are turned far.
+Clips and performers are those of `hand_training`. Cameras stand all round; heads turn far.
 """
 
 from collections.abc import Iterable
@@ -19,13 +19,13 @@ _NETWORKS = 2
 _ASIDE_DEG = 120.0
 
 _MIRROR = np.array([-1, 1, 1, -1, 1, 1], np.float32)
-"""A head is symmetric; a mirror image negates the sideways components."""
+"""A head is symmetric; mirroring negates the sideways components."""
 
 LESSON = Lesson(of_distance, _MIRROR, (16, 32), hidden=128, epochs=30, dropout=0.1, decay=5e-3)
 
 
 def head_samples(views: Iterable[TrainingView], rng: np.random.Generator) -> Samples:
-    """Return windows of heads with a tracker's errors, and the directions of face and crown relative to the ray."""
+    """Return windows of heads, placed with a tracker's errors, and face and crown directions relative to the ray."""
     windows, about, targets = [], [], []
     for view in views:
         if view.what != "head":

@@ -1,7 +1,7 @@
 """Depth images of hands and heads of random performers in random poses, to train the small networks of the engine.
 
-Poses are frames of the mocap clips for tuning, with arms, hands and heads turned at random; performers are those for
-tuning and random bodies between them. Only the part of the image around a hand or head is made.
+Poses are frames of the mocap clips for tuning, with arms, hands and heads turned at random. Performers are those for
+tuning and random bodies between them. Only the part of the image around a hand or head is rendered.
 """
 
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ from studio.simulator.sensor.sensors import SENSORS
 Array = NDArray[np.float64]
 
 SIDE_M = 0.60
-"""Width of the part of the image that is made."""
+"""Width of the rendered part of the image."""
 
 _FRAME_S = 1.0 / 30
 _SENSORS = ("kinect-v2", "azure-kinect")
@@ -37,12 +37,12 @@ _TWIST_DEG = 100.0
 """Largest twist of forearms to either side."""
 
 _LOOK_DEG = np.array([35.0, 15.0, 65.0])
-"""Largest turns of heads up and down, sideways tilt, and aside, from the neck's direction. The neck leans further
-than the chest, and the head with it.
+"""Largest turns of heads up and down, sideways tilt, and to the side, from the neck's direction. The neck leans
+further than the chest, and the head with it.
 """
 
 _MOVED = 0.5
-"""Share of the arms that leave the clip's pose."""
+"""Share of the arms with a random pose."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class TrainingView:
         joints: canonical joints in the camera frame [m], shape (21, 3).
         openness: of the hand, 1 = open, 0 = fist.
         R_camera_head: the head's rotation from the T-pose, in the camera frame, shape (3, 3).
-        performer: index of the performer, for splitting.
+        performer: index of the performer, for data splits.
     """
 
     what: str
@@ -209,7 +209,7 @@ def _standpoint(joints: Array, rng: np.random.Generator, aside_deg: float) -> Ar
 
 
 def _part(camera: DepthCamera, middle: Array) -> DepthCamera | None:
-    """The camera of the part of the image around a place; None if it is out of view."""
+    """Camera of the image part around a place; None if the place is out of view."""
     if middle[2] < 0.4:
         return None
     column, row = np.rint(camera.pixels_of(middle)).astype(int)

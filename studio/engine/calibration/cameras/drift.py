@@ -29,7 +29,7 @@ which over a shorter time is worse than the walk's drift.
 """
 
 MOST_LATE_S = 0.12
-"""A window with a larger delay from the line so far is ignored."""
+"""Largest delay of a window from the line found so far; windows beyond it are ignored."""
 
 _LEAST_WINDOWS = 3
 _STEPS, _SETTLED_S = 8, 0.002
@@ -56,7 +56,7 @@ def follow_clocks(
         return calibration
     right_s = 0.5 * (
         first_s + until_s
-    )  # the clocks' value is kept there: windows of other motion have delays of their own
+    )  # the clocks keep their value there: windows of other motion have their own delays
     placed = calibration.cameras[calibration.reference]
     followed = {
         name: camera
@@ -82,7 +82,7 @@ def follow_clocks(
 
 
 def window_starts(first_s: float, last_s: float) -> NDArray[np.float64]:
-    """Return when the windows of a take begin that lasts from one time to another [s]."""
+    """Return the start times of the windows of a take between two times [s]."""
     return np.arange(first_s, last_s - WINDOW_S, max(APART_S, (last_s - first_s) / MOST_WINDOWS))
 
 
@@ -92,7 +92,7 @@ def device_s(clock: ClockModel, stage_s: NDArray[np.float64] | float, since_ns: 
 
 
 def _slope(known: list[tuple[float, float]]) -> float:
-    """The drift by pairs of device time since the clock's reference and offset [s]."""
+    """Return the drift from pairs of device time since the clock's reference and offset [s]."""
     from scipy.stats import theilslopes  # takes most of a second to load, and few takes are long enough
 
     device, offset = np.array(known).T

@@ -76,7 +76,7 @@ def first_placements(
 
 
 def _same_clock(track: Track, reference: Track) -> bool:
-    """Whether the cameras' device times overlap for most of the shorter one, which shows a common clock."""
+    """Whether the device times overlap for most of the shorter track, which shows a common clock."""
     ahead = (track.epoch_ns - reference.epoch_ns) * 1e-9
     overlap = min(ahead + track.times_s[-1], reference.times_s[-1]) - max(ahead, 0.0)
     return overlap > 0.5 * min(track.times_s[-1], reference.times_s[-1])

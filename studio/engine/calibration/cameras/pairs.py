@@ -46,11 +46,11 @@ class LocalClock:
     middle_s: float = 0.0
 
     def device_s(self, reference_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return times on the track's clock of times on the reference track's [s]."""
+        """Return times on the track's clock from times on the reference track's [s]."""
         return (reference_s - self.offset_s + self.drift * self.middle_s) / (1.0 + self.drift)
 
     def reference_s(self, device_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return times on the reference track's clock of times on the track's [s]."""
+        """Return times on the reference track's clock from times on the track's [s]."""
         return device_s + self.offset_s + self.drift * (device_s - self.middle_s)
 
     def model(self, track: Track, reference: Track) -> ClockModel:

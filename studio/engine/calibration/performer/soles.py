@@ -21,7 +21,7 @@ DROP_RANGE = (0.10, 0.60)
 
 STAND_SPEED_M_S = 0.25
 OTHER_FOOT_M = 0.04
-"""A foot stands if ankle and toe are slower than the first, and not higher than the other foot's by the second."""
+"""A foot stands if ankle and toe are slower than the first, and at most the second higher than the other foot's."""
 
 LEAST_SHARE = 0.4
 """Smallest share of flat instants of a standing foot; a dancer on her toes is not measured."""
@@ -47,8 +47,8 @@ def on_soles(performer: Performer, walk: Walk, *, lowest: bool = False) -> Perfo
 
     Args:
         walk: in the stage frame, the floor at z = 0.
-        lowest: of several heights on which the performer stands, the lowest is the floor: somebody else's feet
-            placed it, and nobody stands below it.
+        lowest: the lowest of several heights on which the performer stands is the floor: somebody else's feet placed
+            the floor, and nobody stands below it.
     """
     known = [foot for side in SIDES if (foot := _standing_foot(walk, side, lowest)) is not None]
     if not known:
@@ -62,7 +62,7 @@ def on_soles(performer: Performer, walk: Walk, *, lowest: bool = False) -> Perfo
     for side in SIDES:
         toe = INDEX[f"{side}_toe"]
         length = float(np.linalg.norm(offsets[toe]))
-        drop = offsets[0, 2] - legs[side] - toe_height  # both toes are on the floor, also if legs differ
+        drop = offsets[0, 2] - legs[side] - toe_height  # both toes are on the floor, even if legs differ
         drop = float(np.clip(drop, *np.array(DROP_RANGE) * length))
         along = offsets[toe, :2] / max(float(np.linalg.norm(offsets[toe, :2])), 1e-9)
         offsets[toe] = [*(along * np.sqrt(length**2 - drop**2)), -drop]

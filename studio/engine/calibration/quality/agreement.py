@@ -27,8 +27,8 @@ def disagreements(
     *,
     from_s: float | None = None,
 ) -> dict[str, list[Span]]:
-    """Return by camera the spans in which its joints were over 6 cm from the other cameras' over 5 s, in stage time
-    [s].
+    """Return by camera the spans, in stage time [s], in which its joints were over 6 cm from the other cameras' over
+    5 s.
 
     The threshold is that of the live watch, because a body that bends shows its cameras different sides, and differs
     by up to 5 cm. Of two cameras both have the same spans: the joints do not show which one differs.
@@ -73,7 +73,7 @@ def without_named(
     frames: Mapping[str, Sequence[CameraFrame]],
     disagrees: Mapping[str, Sequence[Span]],
 ) -> dict[str, Sequence[CameraFrame]]:
-    """Return the frames without those of a camera in the spans that name it.
+    """Return the frames, without each camera's own in the spans in which it disagrees.
 
     With three cameras, one of which was moved by 5 to 10 cm, this keeps poses within 11 mm of those without the move
     instead of 36 to 39 (jumping jacks).

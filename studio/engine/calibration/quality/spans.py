@@ -1,7 +1,7 @@
 """Spans of a recording in which a camera's joints are away from the others'.
 
-Blocks of 5 s show that a camera's joints shifted (`steadiness`). The first and last instants are change
-points within the blocks at its ends: the split with the least sum of absolute deviations from either side. Source:
+Blocks of 5 s show that a camera's joints shifted (`steadiness`). A span's first and last instants are change points
+within the blocks at its ends: the split with the least sum of absolute deviations from either side. Source:
 Killick, Fearnhead and Eckley, "Optimal detection of changepoints with a linear computational cost", Journal of the
 American Statistical Association 107, 2012, section 2, for one change.
 """
@@ -52,7 +52,7 @@ class Shifts:
         return [self._of(camera) for camera in range(self._count)]
 
     def steps(self) -> list[list[Span]] | None:
-        """Return every camera's spans for a camera that was moved once, by blocks; None where none was.
+        """Return every camera's spans if a camera was moved once, in whole blocks; None if none was.
 
         A camera that was moved in the middle differs by half of the move on either side, and no block can tell the
         sides apart.
@@ -99,7 +99,7 @@ class Shifts:
         return out
 
     def _span(self, camera: int, order: NDArray[np.int64], first: int, end: int) -> Span:
-        """The span of the blocks `order[first:end]`; its ends are searched in the adjacent blocks too."""
+        """Return the span of the blocks `order[first:end]`; its ends are searched in the adjacent blocks too."""
         inside = order[first:end]
         vectors = self._joined(self._vectors, inside, camera)
         level = np.median(vectors[np.isfinite(vectors).all(axis=1)], axis=0)

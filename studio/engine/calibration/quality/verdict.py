@@ -212,7 +212,7 @@ def check_height(height_m: float | None) -> None:
     """Check a performer's height [m]; None = not given.
 
     Raises:
-        SettingsError: no performer has it.
+        SettingsError: no performer has this height.
     """
     if height_m is not None and not HEIGHTS_M[0] <= height_m <= HEIGHTS_M[1]:
         allowed = f"{HEIGHTS_M[0]} to {HEIGHTS_M[1]}, the performer's height in metres"
@@ -220,18 +220,18 @@ def check_height(height_m: float | None) -> None:
 
 
 def in_shoes(height_m: float | None) -> float | None:
-    """Return the height of a performer from the sole [m], as a calibration has it, by that without shoes, which
-    people know; None = not known.
+    """Return a performer's height in shoes [m], as in a calibration, from the height without shoes, which people
+    know; None = unknown.
 
     Raises:
-        SettingsError: no performer has it.
+        SettingsError: no performer has this height.
     """
     check_height(height_m)
     return None if height_m is None else min(height_m * IN_SHOES, HEIGHTS_M[1])
 
 
 def clock_uncertain(offset_sd_s: float) -> Said:
-    """Return the doubt about a clock offset of this standard deviation [s]."""
+    """Return the message about an uncertain clock offset of this standard deviation [s]."""
     return say(
         "verdict.clock_uncertain",
         "clock offset known to {ms:.0f} ms only: move livelier",

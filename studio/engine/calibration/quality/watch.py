@@ -14,14 +14,14 @@ _WINDOW_S = 2.0
 _RATE_HZ = 15.0
 _NOW_S = 1.0
 _CHECKS = 2
-"""Number of successive checks, a second apart, that must show a shift; a shorter shift is no moved camera."""
+"""Number of successive checks, a second apart, that must show a shift for a camera to count as moved."""
 
 
 class CameraWatch:
     """Keeps the last two seconds of all cameras' joints and compares them once a second.
 
-    Of three or more cameras it names the one that moved; two have the same shift. `apart` reports at once, also short
-    shifts, such as those of a performer at the edge of a view; `moved` reports shifts that last for seconds.
+    Of three or more cameras it names the one that moved; two have the same shift. `apart` reports all shifts at once,
+    even short ones, such as those of a performer at the edge of a view; `moved` reports shifts that last for seconds.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
 """Calibration of ordinary cameras (webcams, phones, videos) from one performer's landmarks while he walks.
 
-`calibrate_views` in `calibrate` runs the steps; `seen.view` is what comes in, `judging.result` what comes out.
+`calibrate_views` in `calibrate` runs the steps; `seen.view` is the input, `judging.result` the output.
 """

@@ -1,8 +1,8 @@
-"""An ordinary camera beside depth cameras: it is placed by the skeleton that those see.
+"""An ordinary camera next to depth cameras, placed by the skeleton that those see.
 
-The network's guesses of the body, turned as one, give direction and clock; the pixels then give the place, by linear
-least squares; a robust adjustment of place, direction, focal length, distortion and clock follows. Source: resection
-(Hartley, Zisserman, "Multiple View Geometry", 2004, chapter 7).
+The network's guesses of the body, under one common rotation, give direction and clock. The pixels then give the
+place, by linear least squares. A robust adjustment of place, direction, focal length, distortion and clock follows.
+Source: resection (Hartley, Zisserman, "Multiple View Geometry", 2004, chapter 7).
 """
 
 from dataclasses import dataclass, replace
@@ -25,16 +25,16 @@ from studio.engine.model.cameras.lens import Lens, usual_lens
 from studio.engine.model.triangulation.guess import shift_equations
 
 LONGEST_S = 2.0
-"""Largest clock offset that is looked for, about the expected one."""
+"""Largest deviation of the clock offset from the expected one in the search."""
 
 _STEP_S = 1.0 / 30.0
 _LEAST_FRAMES = 60
 _FOCALS = np.geomspace(0.6, 1.6, 9)
-"""Focal lengths that are tried first, relative to a usual one."""
+"""Focal lengths to try first, relative to a usual one."""
 
 _ROUNDS = 4
 _ALIKE_FRAMES = 8.0
-"""Errors of a landmark are alike for about so many frames."""
+"""Number of frames over which errors of a landmark are correlated."""
 
 _FOCAL_SD, _BEND_SD = 0.3, 0.1
 _APART_DEG = 90.0
@@ -61,14 +61,14 @@ class _Found:
 def place_beside(
     view: View, times_s: Array, joints_m: Array, *, near_s: float = 0.0, longest_s: float = LONGEST_S
 ) -> PlacedView:
-    """Return the camera's place among joints that are known; a bad one has the verdict `refused` and reasons.
+    """Return the camera placed by known joints; a bad one has the verdict `refused` and reasons.
 
     Args:
         view: of the camera.
         times_s: instants on the stage clock [s], shape (instant_count,).
         joints_m: canonical joints at the instants, stage frame [m], shape (instant_count, 21, 3); NaN = unknown.
-        near_s: how far the camera's stamps are expected to be behind the stage clock [s].
-        longest_s: how far from that the clock may be [s].
+        near_s: expected delay of the camera's stamps behind the stage clock [s].
+        longest_s: largest deviation of the clock from that [s].
     """
     track, joints = make_track(view), joints_m[:, COLUMNS]
     turned = [
@@ -85,7 +85,7 @@ def place_beside(
     uncertain = _uncertain(found, covariance, track.known)
     rests = rests_of(rest, weight, depth_m, focal)
     facts = ViewFacts(
-        rests=replace(rests, mean_mrad=rests.median_mrad),  # hidden and exchanged joints are among them
+        rests=replace(rests, mean_mrad=rests.median_mrad),  # the mean includes hidden and exchanged joints
         uncertain=uncertain,
         focal_sought=not track.known,
         knees=knees_seen(view, track),
@@ -108,7 +108,7 @@ def place_beside(
 
 
 def _turned(track: ViewTrack, times_s: Array, joints: Array) -> tuple[float, Array | None]:
-    """How alike the guessed bodies and the joints are under one rotation, 0..1, and that rotation (to the camera)."""
+    """Return the similarity of guessed bodies and joints, 0..1, and the one rotation (to the camera) between them."""
     rows, near = nearest(track, times_s)
     hips = joints[:, [NUMBER["left_hip"], NUMBER["right_hip"]]].mean(axis=1, keepdims=True)
     both = track.seen[rows] & near[:, None] & np.isfinite(joints[..., 0]) & np.isfinite(hips[..., 0])
@@ -124,7 +124,7 @@ def _turned(track: ViewTrack, times_s: Array, joints: Array) -> tuple[float, Arr
 
 
 def _start(track: ViewTrack, seen: Sample, joints: Array, turn: Array, ahead_s: float) -> _Found:
-    """The camera by linear least squares at the best of some focal lengths."""
+    """Return the camera by linear least squares, with the best of some focal lengths."""
     used = (seen.weight > 0) & np.isfinite(joints[..., 0])
     local, weight = joints[used] @ turn.T, np.tile(np.sqrt(seen.weight[used]), 2)
     best, out = np.inf, None
@@ -149,7 +149,7 @@ def _start(track: ViewTrack, seen: Sample, joints: Array, turn: Array, ahead_s: 
 
 
 def _adjusted(track: ViewTrack, times_s: Array, joints: Array, start: _Found) -> tuple[_Found, Array, Sample]:
-    """The camera by robust least squares over all that can be known, its covariance, and the landmarks used."""
+    """Return the camera by robust least squares over all free parameters, its covariance, and the landmarks used."""
     from scipy.optimize import least_squares  # slow to load: not at the start of the server
 
     found, known = start, np.isfinite(joints[..., 0])
@@ -187,7 +187,7 @@ def _off(
     root: Array,
     numbers: Array,
 ) -> Array:
-    """Differences in standard deviations, for the free numbers of a camera; `points` move with the clock."""
+    """Return residuals in standard deviations for the free parameters of a camera; `points` move with the clock."""
     whole = here.numbers()
     whole[free] = numbers
     now = _Found.of(whole)
@@ -197,14 +197,14 @@ def _off(
 
 
 def _seen_at(found: _Found, focal: float, points: Array) -> Array:
-    """Pixels from the picture's middle of points on the stage, shape (n, 2)."""
+    """Return stage points as pixels from the picture's middle, shape (n, 2)."""
     local = points @ Rotation.from_rotvec(found.turn).as_matrix().T + found.shift
     rays = local[:, :2] / np.maximum(local[:, 2:], 0.1)
     return focal * np.exp(found.log_focal) * rays * (1.0 + found.bend * (rays**2).sum(axis=1, keepdims=True))
 
 
 def _rest(found: _Found, track: ViewTrack, seen: Sample, joints: Array) -> tuple[Array, Array, Array]:
-    """Differences in pixels, their weights, and the joints' distance before the camera [m]."""
+    """Return residuals in pixels, their weights, and the joints' distance in front of the camera [m]."""
     known = np.isfinite(joints[..., 0])
     points = np.where(known[..., None], joints, 1.0).reshape(-1, 3)
     at = _seen_at(found, track.focal, points)

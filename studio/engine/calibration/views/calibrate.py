@@ -1,8 +1,8 @@
 """Calibrates ordinary cameras from one performer's landmarks while he walks: no board, no depth.
 
 The steps: `tracks` (rays and their errors) -> `clocks` (first offsets) -> `start` and `first` (first places by the
-guessed bodies) -> `early` (what cannot be placed) -> `place`: `sides` (left and right) and `adjust` (all at once),
-three times, then `stage` (vertical, floor, size), `figures` and `verdict`.
+guessed bodies) -> `early` (cameras that cannot be placed) -> `place`: `sides` (left and right) and `adjust` (all at
+once), three times, then `stage` (vertical, floor, size), `figures` and `verdict`.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,14 +36,14 @@ def calibrate_views(
 ) -> ViewsResult:
     """Return the cameras on the stage; bad ones have the verdict `refused` and reasons.
 
-    The stage clock is that of the first camera that is not refused at once. The stage's origin is the floor under the
-    hips in the T-pose, else under the middle of the walk. Cameras that cannot be placed by what they saw are refused
-    at once, and the others are placed without them.
+    Cameras whose pictures do not suffice are refused at once, and the others are placed without them. The stage clock
+    is that of the first remaining camera. The stage's origin is the floor under the hips in the T-pose, else under
+    the middle of the walk.
 
     Args:
         views: at least one, with different names.
         height_m: the performer's, which gives the size; None = 1.75 m, and `scale_known` is False.
-        shared_focal: all cameras whose lens is not known have the same focal length.
+        shared_focal: all cameras whose lens is unknown have the same focal length.
         progress: called with the share that is done, 0..1.
 
     Raises:
@@ -87,7 +87,7 @@ def _untold(share: float) -> None:
 
 
 def _alone(view: View, track: ViewTrack, height_m: float | None) -> ViewsResult:
-    """Return the only camera, placed by the bodies that the network guessed."""
+    """Return the only camera, placed by the network's guesses of the body."""
     T, _, joints, performer = to_stage(track.time_s, bodies(track), height_m)
     reason = say(
         "views.alone",
@@ -109,7 +109,7 @@ def _nothing_together() -> Said:
 def _with_refused(
     views: Sequence[View], refused: list[list[Said]], placed: ViewsResult | None, height_m: float | None
 ) -> ViewsResult:
-    """Return all cameras in the order given: those placed, and those refused at once."""
+    """Return all cameras in the given order, both those placed and those refused at once."""
     if placed is None:
         placed = ViewsResult({}, np.zeros(0), np.zeros((0, 21, 3)), {}, None, height_m is not None)
     cameras = {}

@@ -1,9 +1,9 @@
-"""Clock drift of ordinary cameras over a take: what `cameras.drift` is for depth cameras.
+"""Clock drift of ordinary cameras over a take, the counterpart of `cameras.drift` for depth cameras.
 
-In each window of the take all calibrated cameras' rays are brought together, with one delay a camera. A joint's place
-is eliminated by itself (Schur's complement), so that two cameras suffice. The drift is the slope of a robust line
-through all windows (Theil-Sen), drawn towards none by what crystals usually have: a window's delay is sure to some
-milliseconds only.
+In each window of the take, all calibrated cameras' rays are brought together, with one delay per camera. Each joint's
+place is eliminated by itself (Schur's complement), so two cameras suffice. The drift is the slope of a robust line
+through all windows (Theil-Sen). A prior on the drift of crystals draws it towards zero, because a window's delay is
+known only to some milliseconds.
 """
 
 from bisect import bisect_left
@@ -27,23 +27,23 @@ USUAL_PPM = 50.0
 """Standard deviation of the drift between two ordinary clocks: crystals of phones and webcams have 20 to 50 ppm."""
 
 JUMP_S, LONGEST_S = 0.04, 1.0
-"""Windows that are later by more than the first, and alike, tell a jump; up to the second it is found."""
+"""Smallest and largest jump of a clock that is found."""
 
 _EDGE_S, _STEP_S = 0.5, 0.106
-"""Time left out at either end, and between instants: no multiple of cameras' periods, as in `starting.first`."""
+"""Time left out at either end, and step between instants: no multiple of frame periods, as in `starting.first`."""
 _ROUNDS, _SETTLED_S, _MOST_STEP_S = 10, 0.001, 0.1
 _LEAST_FRAMES, _LEAST_ROWS, _LEAST_WINDOWS = 20, 200, 4
 _CAUCHY = 2.0
 _SURE_S = 0.015
-"""A window whose delay is less sure than this tells nothing."""
+"""Largest standard deviation of a usable window's delay."""
 _REPEATED = 5.0
-"""Errors of landmarks last: so many instants say as much as one."""
+"""Instants that count as one, because landmark errors are correlated."""
 
 
 @dataclass(frozen=True)
 class _Window:
-    """What one window tells of a camera: its middle on the camera's clock since the clock's reference, what is to be
-    added there, and how much of that is new [s]."""
+    """Result of one window for a camera: its middle on the camera's clock since the clock's reference, the offset to
+    add there, and the part of it that is new [s]."""
 
     device_s: float
     offset_s: float
@@ -53,9 +53,9 @@ class _Window:
 def follow_views(
     calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]], until_s: float | None
 ) -> Calibration:
-    """Return the calibration with the clocks of cameras without depth as the whole take shows them.
+    """Return the calibration with the clocks of cameras without depth corrected by the whole take.
 
-    A clock that seems to have jumped is said so among its camera's reasons.
+    A clock that seems to have jumped is reported among its camera's reasons.
 
     Args:
         calibration: of these frames.
@@ -93,7 +93,7 @@ def _followed(
 
     Args:
         first_s: the take's beginning on the stage clock [s].
-        right_s: where its clock is right as it is, on the stage clock [s].
+        right_s: stage time at which its clock is already correct [s].
     """
     if len(windows) < _LEAST_WINDOWS:
         return camera
@@ -120,7 +120,7 @@ def _jumped(by_s: float, at_s: float) -> Said:
 
 
 def _line(windows: list[_Window]) -> tuple[float, float]:
-    """Return the drift by all windows and its standard deviation."""
+    """Return the drift from all windows and its standard deviation."""
     from scipy.stats import theilslopes  # takes most of a second to load
 
     at, off = np.array([(w.device_s, w.offset_s) for w in windows]).T
@@ -131,7 +131,7 @@ def _line(windows: list[_Window]) -> tuple[float, float]:
 
 
 def _jump(windows: list[_Window]) -> tuple[float, float] | None:
-    """Return when a clock jumped (on it, since its reference) and by how much [s]; None = it did not."""
+    """Return the time of a clock's jump (on that clock, since its reference) and its size [s]; None = no jump."""
     at, late = np.array([(w.device_s, w.late_s) for w in windows]).T
     best = None
     for k in range(2, len(at) - 1):
@@ -156,7 +156,7 @@ def _add_window(
     start_s: float,
     known: dict[str, list[_Window]],
 ) -> None:
-    """Add what a window that begins at a stage time [s] tells of each camera's clock."""
+    """Add the result for each camera's clock from the window that begins at a stage time [s]."""
     found = {name: _track(name, frames[name], calibration.cameras[name], start_s) for name in names}
     tracks = {name: track for name, track in found.items() if track is not None}
     if names[0] not in tracks or len(tracks) < 2:
@@ -175,7 +175,7 @@ def _add_window(
 def _track(
     name: str, frames: Sequence[CameraFrame], camera: CameraCalibration, start_s: float
 ) -> ViewTrack | None:
-    """A camera's landmarks of a window, on the stage clock since its beginning [s]; None = too few."""
+    """Return a camera's landmarks in a window, on the stage clock since its beginning [s]; None = too few."""
     clock = camera.clock
     ends = (
         bisect_left(frames, round(at_s * 1e9), key=lambda frame: clock.stage_ns(frame.device_time_ns))
@@ -194,8 +194,8 @@ def _track(
 
 
 def _late_s(rig: CameraRig, tracks: list[ViewTrack]) -> tuple[Array, Array]:
-    """Return by how much each camera's clock is to be put forward [s], the first's 0, and how sure that is [s];
-    infinite = nothing is known."""
+    """Return the time to add to each camera's clock [s], 0 for the first, and its standard deviation [s]; infinite =
+    unknown."""
     times_s = np.arange(_EDGE_S, WINDOW_S - _EDGE_S, _STEP_S)
     for _ in range(_ROUNDS):
         _, samples, joints = brought_together(rig, tracks, times_s)
@@ -208,7 +208,7 @@ def _late_s(rig: CameraRig, tracks: list[ViewTrack]) -> tuple[Array, Array]:
 
 
 def _step(rig: CameraRig, samples: list[Sample], joints: Array) -> tuple[Array, Array]:
-    """Return the step of each camera's delay [s], the first's 0, and its standard deviation."""
+    """Return the step of each camera's delay [s], 0 for the first, and its standard deviation."""
     count = len(samples)
     known = np.isfinite(joints[..., 0])
     places = np.where(known[..., None], joints, 0.0)
@@ -245,6 +245,6 @@ def _step(rig: CameraRig, samples: list[Sample], joints: Array) -> tuple[Array, 
 
 
 def _about_mean(values: Array, weight: Array) -> NDArray[np.float64]:
-    """Values, shape (instant_count, 17, 2), less each joint's weighted mean: what stays is no delay."""
+    """Return values, shape (instant_count, 17, 2), minus each joint's weighted mean: constant errors are no delay."""
     w = weight[..., None]
     return values - (values * w).sum(axis=0) / np.maximum(w.sum(axis=0), 1e-12)

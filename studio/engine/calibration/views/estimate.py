@@ -1,4 +1,4 @@
-"""Quick look at what a calibration of ordinary cameras by the walk so far would give."""
+"""Quick estimate of the result of calibrating ordinary cameras by the walk so far."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -11,7 +11,7 @@ from studio.engine.calibration.views.pictures import sees_no_depth, view_of
 from studio.engine.model.frames import CameraFrame
 
 LEAST_FRAMES = 200
-"""Frames of each camera from which an adjustment can be made: some seven seconds."""
+"""Minimum number of frames of each camera for an adjustment: some seven seconds."""
 
 
 def can_estimate(frames: Mapping[str, Sequence[CameraFrame]]) -> bool:
@@ -28,8 +28,8 @@ def estimate_views(
     height_m: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Residuals]:
-    """Return how far each camera's landmarks are from the joints that all find together, across the line of sight and
-    in pixels; cameras that cannot be placed yet are left out.
+    """Return the distance of each camera's landmarks from the joints that all cameras find together, across the line
+    of sight and in pixels; cameras that cannot be placed yet are left out.
 
     Args:
         frames: see `can_estimate`; in device time order, each on its own clock.

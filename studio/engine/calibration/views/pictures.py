@@ -1,4 +1,4 @@
-"""Ordinary cameras in a take or on the stage: their frames as views, and what was found as a `Calibration`."""
+"""Ordinary cameras in a take or on the stage: their frames as views, and the result as a `Calibration`."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
@@ -20,7 +20,7 @@ from studio.engine.model.joints import JOINT_COUNT
 
 _MARGIN_S = 2.0
 _ONE_CLOCK = 0.5
-"""Share of the shorter stream for which device times overlap where cameras have a common clock."""
+"""Least overlap of device times that shows a common clock, as a share of the shorter stream."""
 
 
 def sees_no_depth(frames: Sequence[CameraFrame]) -> bool:
@@ -48,9 +48,9 @@ def calibrate_pictures(
         reference: the first camera with frames where None.
         until_s: use only the reference camera's frames up to this time on its clock [s].
         height_m: the performer's, which gives the size; 1.75 m where None.
-        clocks_within_s: of the cameras that were brought to one clock, how far theirs may be from it [s].
-        lenses: what is known of cameras' lenses.
-        same_lens: all cameras whose lens is not known have one focal length.
+        clocks_within_s: for cameras that already share a clock, the largest deviation of each from it [s].
+        lenses: known lenses.
+        same_lens: all cameras whose lens is unknown have one focal length.
         progress: called with the share that is done, 0..1.
 
     Raises:
@@ -108,7 +108,7 @@ def calibrate_beside(
         reference: the reference camera's name and frames.
         device_s: instants on the reference camera's clock [s], shape (instant_count,).
         joints_m: canonical joints at the instants, stage frame [m], shape (instant_count, 21, 3); NaN = unknown.
-        lenses: what is known of cameras' lenses.
+        lenses: known lenses.
     """
     name, own = reference
     starts = _starts_ns({name: own, **frames}, name)
@@ -125,10 +125,10 @@ def calibrate_beside(
 def _starts_ns(
     frames: Mapping[str, Sequence[CameraFrame]], first: str, brought: Collection[str] = ()
 ) -> dict[str, int]:
-    """Return the device time of each camera that counts as the beginning [ns].
+    """Return the device time of each camera that counts as its beginning [ns].
 
-    It is the reference's own where clocks run together, else the camera's first frame; one for all that were brought
-    to one clock.
+    It is the reference's beginning if the clocks run together, otherwise the camera's first frame; cameras that
+    already share a clock have the same one.
     """
     begin, end = (frames[first][i].device_time_ns for i in (0, -1))
     out = {}
@@ -144,8 +144,8 @@ def _starts_ns(
 
 
 def view_of(name: str, frames: Sequence[CameraFrame], start_ns: int, until_s: float) -> View:
-    """Return a camera's frames as a view, with times since a device time; those after `until_s` and those whose
-    picture has not the last one's size are left out."""
+    """Return a camera's frames as a view, with times since a device time. Frames after `until_s`, or with a picture
+    size other than the last frame's, are left out."""
     last = frames[-1].picture
     assert last is not None
     used = [
@@ -179,7 +179,7 @@ def _camera(placed: PlacedView, begins_before_ns: int) -> CameraCalibration:
     """Return a placed camera as part of a calibration.
 
     Args:
-        begins_before_ns: what is added to its device times, besides `ahead_s`, to give the reference's [ns].
+        begins_before_ns: added to its device times, in addition to `ahead_s`, to give the reference's [ns].
     """
     rests = placed.rests
     return CameraCalibration(

@@ -26,10 +26,10 @@ from studio.engine.calibration.views.starting.first import ViewPair, adjust_plac
 from studio.engine.model.cameras.lens import Lens, usual_lens
 
 MOST_INSTANTS = 240
-"""Instants that are adjusted; a longer walk is taken at evenly spread ones."""
+"""Maximum number of instants in an adjustment; a longer walk is sampled evenly."""
 _STAGES = ((False, 2.0, 1e-3), (True, 1.0, 1e-4), *((True, 1.0, 3e-5),) * 6)
-"""Of the adjustments: whether distortion and principal points are sought, factor of the errors, and the share of the
-cost by which a step must lower it. The last ones are made until the clocks have settled."""
+"""Settings of the adjustments: whether distortion and principal points are unknowns, factor of the errors, and least
+relative reduction of the cost in a step. The last ones stop once the clocks have settled."""
 _LEAST_STAGES, _SETTLED_S = 3, 0.001
 _STEPS = 25
 _PLACE_STEPS = 15
@@ -47,7 +47,7 @@ def place(
     """Return the cameras on the stage.
 
     Args:
-        views: two at least; tracks: theirs; pairs: by two of their indices.
+        views: at least two; tracks: of the views; pairs: by two of their indices.
         rig: their first places.
         height_m, shared_focal: as for `calibrate_views`.
         told: called with the share that is done, 0..1.
@@ -77,7 +77,7 @@ def place(
 def _adjust(
     rig: CameraRig, tracks: list[ViewTrack], times: Array, shared_focal: bool, told: Callable[[float], None]
 ) -> tuple[FittedRig, Adjustment, list[np.ndarray]]:
-    """Return the adjusted cameras and joints, the last adjustment and what was exchanged in each frame."""
+    """Return the adjusted cameras and joints, the last adjustment and the exchanges in each frame."""
     usual, limbs = rig, limbs_m(USUAL_HEIGHT_M)
     fit = adjust_places(rig, tracks, times, USUAL_HEIGHT_M, _PLACE_STEPS)
     free = [not track.known for track in tracks]
@@ -102,7 +102,7 @@ def _adjust(
 
 
 def _sought(tracks: list[ViewTrack], shared_focal: bool) -> tuple[int, ...]:
-    """Return by camera the number of its unknown focal length, -1 = it is known exactly."""
+    """Return by camera the index of its unknown focal length, -1 = known exactly."""
     numbers, shared, used = [], -1, 0
     for track in tracks:
         if track.known and not track.focal_share:
@@ -125,7 +125,7 @@ def _facts(
     T: Array,
     size: float,
 ) -> list[ViewFacts]:
-    """Return what the verdict on each camera is made of."""
+    """Return the input of each camera's verdict."""
     motion = motion_of(fit.joints * size, T[2, :3])
     centres = -np.einsum("cba,cb->ca", fit.rig.turns, fit.rig.shifts)
     hips = (fit.joints[:, NUMBER["left_hip"]] + fit.joints[:, NUMBER["right_hip"]]) / 2

@@ -1,4 +1,4 @@
-"""Frames of cameras without depth as points: where all calibrated cameras together place the joints."""
+"""Frames of cameras without depth as points: joints as placed by all calibrated cameras together."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -14,18 +14,18 @@ from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.model.triangulation.rays import guessed, on_rays, placed
 
 _NEAR_NS = 40_000_000
-"""Another camera's frame counts for an instant that is no further away."""
+"""Largest time from an instant to another camera's frame that counts for it."""
 
 _TOLD_BY_DEPTH = [INDEX["hips"], INDEX["neck"]]
-"""No picture shows these: where a depth camera sees them, it says where they are."""
+"""Joints that no picture shows: next to depth cameras, they are taken from those alone."""
 
 
 def with_points(
     calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]]
 ) -> dict[str, list[CameraFrame]]:
-    """Return the calibrated cameras' frames; those of pictures have `positions`, in their camera's frame.
+    """Return the calibrated cameras' frames; frames of pictures get `positions`, in their camera's frame.
 
-    A joint that the cameras cannot place together is unseen. A camera that is alone has the guess of its picture.
+    A joint that the cameras cannot place together is unseen. A single camera gets the guess from its picture.
 
     Args:
         calibration: places the cameras, their lenses and clocks.
@@ -74,7 +74,7 @@ def _together(
     flat: NDArray[np.bool_],
     centres: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """All cameras' joints at an instant, on the stage [m], shape (camera_count, 21, 3)."""
+    """Return all cameras' joints at an instant, on the stage [m], shape (camera_count, 21, 3)."""
     positions, confidence = np.full((len(names), JOINT_COUNT, 3), np.nan), np.zeros((len(names), JOINT_COUNT))
     for c, name in enumerate(names):
         nearest = int(np.abs(times[c] - time_ns).argmin())

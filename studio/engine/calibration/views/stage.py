@@ -15,7 +15,7 @@ from studio.engine.model.joints import JOINT_COUNT, on_trunk
 def canonical(joints: Array) -> Array:
     """Return joints of `view.JOINTS`, shape (..., 17, 3), as canonical ones, shape (..., 21, 3).
 
-    Hips and neck are where they usually are in a trunk; spine and chest are NaN.
+    Hips and neck are at their usual places in a trunk; spine and chest are NaN.
     """
     out = np.full((*joints.shape[:-2], JOINT_COUNT, 3), np.nan)
     out[..., COLUMNS, :] = joints
@@ -33,13 +33,13 @@ def to_stage(
         height_m: the performer's; None = the usual one.
 
     Returns:
-        T_stage_frame, by how much the size must be multiplied before, the canonical joints on the stage [m], shape
-        (instant_count, 21, 3), and the performer.
+        T_stage_frame, the factor by which points must be multiplied before it, the canonical joints on the stage [m],
+        shape (instant_count, 21, 3), and the performer.
     """
     whole = canonical(joints)
     size = 1.0
     T, performer = np.eye(4), None
-    for _ in range(3):  # the height that is measured depends a little on the floor
+    for _ in range(3):  # the measured height depends a little on the floor
         T, performer, _ = find_stage(_walk(times_s, whole * size))
         if performer is None:
             break
@@ -49,11 +49,11 @@ def to_stage(
 
 
 def _walk(times_s: Array, joints: Array) -> Walk:
-    """Return joints as the walk that one sure camera saw."""
+    """Return joints as a walk seen by one certain camera."""
     known = known_of(joints)
     return Walk(times_s, joints[None], known[None].astype(np.float64), joints)
 
 
 def camera_on_stage(T: Array, size: float, turn: Array, shift: Array) -> Array:
-    """Return T_stage_camera of a camera of a rig whose points were multiplied by `size` and moved by `T`."""
+    """Return T_stage_camera of a rig's camera, for points multiplied by `size` and then moved by `T`."""
     return T @ make_transform(turn.T, -turn.T @ shift * size)

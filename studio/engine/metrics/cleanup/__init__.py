@@ -1,14 +1,14 @@
 """Clean-up: an edit list of errors in the exported animation that an animator would correct.
 
-shown.py    the animation as a player of the exported keys shows it
+shown.py    the animation as played from its exported keys
 events.py   an event: kind, joint, time, size
 pops.py     joints that jump off their path
-flips.py    limbs that turn over, left and right exchanged
+flips.py    limbs that flip, and swaps of left and right
 slides.py   standing feet that slide
 floor.py    joints under the floor
 overlap.py  body parts inside one another
 frozen.py   limbs that stop
-solve.py    all of it for a solve and a reference
+solve.py    the whole edit list for a solve and a reference
 """
 
 import numpy as np

@@ -20,7 +20,7 @@ KINDS: tuple[str, ...] = (
 )
 
 JOIN_S = 0.2
-"""Two events of a kind and place with a shorter gap are one, because they are corrected together."""
+"""Gap below which two events of one kind and place are merged, because they are corrected together."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class CleanupEvent:
 
 
 def limb_of(joint: str) -> str:
-    """Return the part of the body that is corrected together: `trunk`, `left_arm`, `left_leg`, ..."""
+    """Return the part of the body that is corrected as one: `trunk`, `left_arm`, `left_leg`, ..."""
     side, _, name = joint.partition("_")
     if not name:
         return "trunk"
@@ -97,7 +97,7 @@ def events_of(
 
 
 def joined(events: Sequence[CleanupEvent], place: Callable[[CleanupEvent], str]) -> list[CleanupEvent]:
-    """Return the events by time, with overlapping or close ones of one kind, unit and place merged."""
+    """Return the events by time, with overlapping or close ones of one kind and place merged."""
     out: list[CleanupEvent] = []
     last: dict[tuple[str, str], int] = {}
     for event in sorted(events, key=lambda e: e.start_s):
@@ -112,6 +112,6 @@ def joined(events: Sequence[CleanupEvent], place: Callable[[CleanupEvent], str])
 
 
 def _together(a: CleanupEvent, b: CleanupEvent) -> CleanupEvent:
-    """The larger of the two over the time of both. Sizes of different units do not compare; then the first stays."""
+    """Return the larger event over the time of both; the first if their units differ."""
     larger = b if a.unit == b.unit and b.size > a.size else a
     return replace(larger, start_s=min(a.start_s, b.start_s), end_s=max(a.end_s, b.end_s))

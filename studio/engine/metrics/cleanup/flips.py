@@ -1,10 +1,10 @@
-"""Limb flips: an elbow or knee that turns to the other side at once, and left and right limbs exchanged.
+"""Limb flips: an elbow or knee that suddenly turns to the other side, and swapped left and right limbs.
 
-An elbow or knee lies off the line from its limb's root to its end. The limb has flipped if the joint is over 3 cm off
+An elbow or knee lies off the line from its limb's root to its end. A limb has flipped if the joint is over 3 cm off
 the line before and after, and its direction turns about that line by over 90 degrees within 0.1 s and by 90 more than
 the reference's. Left and right are exchanged if both ends of a pair of limbs (wrists, ankles) are less than half as
-far from the other side's place in the reference as from their own, for at least 0.1 s, while the reference's are
-over 20 cm apart.
+far from the other side's place in the reference as from their own, for at least 0.1 s, while the reference's ends
+are over 20 cm apart.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ def limb_flips(shown: ShownMotion, reference_m: NDArray[np.float64] | None) -> l
     """Return the flips of arms and legs.
 
     Args:
-        reference_m: as for `pops.joint_pops`; exchanged limbs need a reference.
+        reference_m: as for `pops.joint_pops`; swapped limbs need a reference.
     """
     events: list[CleanupEvent] = []
     frames = shown.frames(FLIP_S)
@@ -47,8 +47,8 @@ def limb_flips(shown: ShownMotion, reference_m: NDArray[np.float64] | None) -> l
 
 
 def _turned_deg(limb_m: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
-    """Turn [deg] of the middle joint's direction off the limb's line from half of `frames` before to as
-    much after, shape (sample_count,); 0 near the ends, where unknown, and where the limb is straight.
+    """Return the turn [deg] of the middle joint's direction off the limb's line, from half of `frames` before to half
+    after, shape (sample_count,); 0 near the ends, where unknown, and where the limb is straight.
     """
     root, middle, end = np.moveaxis(limb_m, 1, 0)
     line = unit(end - root)
@@ -59,7 +59,7 @@ def _turned_deg(limb_m: NDArray[np.float64], frames: int) -> NDArray[np.float64]
     after = frames - before
     if len(off) <= frames:
         return out
-    # the direction before is turned with the line, so that a swinging limb does not count as a flip
+    # the direction before is rotated with the line, so that a swinging limb does not count as a flip
     a, b = off[:-frames], off[frames:]
     a = _carried(a, line[:-frames], line[frames:])
     lengths = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
@@ -74,7 +74,7 @@ def _turned_deg(limb_m: NDArray[np.float64], frames: int) -> NDArray[np.float64]
 def _carried(
     vectors: NDArray[np.float64], a: NDArray[np.float64], b: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Vectors turned by the smallest rotation from unit directions `a` to `b`, shapes (sample_count, 3)."""
+    """Vectors rotated by the smallest rotation from unit directions `a` to `b`, shapes (sample_count, 3)."""
     axis = np.cross(a, b)
     cosine = (a * b).sum(axis=1, keepdims=True)
     along = (axis * vectors).sum(axis=1, keepdims=True) / np.maximum(1.0 + cosine, 1e-9)
@@ -82,7 +82,7 @@ def _carried(
 
 
 def _swaps(shown: ShownMotion, reference_m: NDArray[np.float64], name: str) -> list[CleanupEvent]:
-    """Times at which both joints of this name are nearer to the other side's place in the reference."""
+    """Times at which both joints of this name are swapped, less than half as far from the reference's other side."""
     columns = [INDEX[f"{side}_{name}"] for side in ("left", "right")]
     solve, reference = shown.positions_m[:, columns], reference_m[:, columns]
     own = np.linalg.norm(solve - reference, axis=2)

@@ -1,9 +1,9 @@
-"""Frozen limbs: an arm or leg that keeps its place on the trunk for over 0.3 s while the reference's moves on.
+"""Frozen limbs: an arm or leg that keeps its place on the trunk for over 0.3 s while the reference's moves.
 
 Places are in the axes of the part of the trunk that carries the limb: shoulders and chest for arms, hips and spine
-for legs. A limb is frozen over a time in which its middle joint and its end stay within 2
-cm along every axis while the end of the reference's moves over 10 cm. Without a reference it is frozen if
-it stays within 0.1 mm while another limb moves by over 10 cm; no living limb is as still.
+for legs. A limb is frozen while its middle joint and its end stay within 2 cm along every axis and the reference's
+end moves over 10 cm. Without a reference it is frozen if it stays within 0.1 mm while another limb moves by over
+10 cm; no living limb is that still.
 """
 
 import numpy as np
@@ -54,7 +54,7 @@ def _with_time(event: CleanupEvent) -> CleanupEvent:
 
 
 def _extent_m(positions_m: NDArray[np.float64], joints: tuple[str, ...], window: int) -> NDArray[np.float64]:
-    """Largest extent over the axes of joints on their trunk in each window, (sample_count - window + 1,)."""
+    """Return the largest extent of joints along the trunk's axes in each window, (sample_count - window + 1,)."""
     leg = joints[-1].endswith("ankle")
     left, right, low, high = (
         ("left_hip", "right_hip", "hips", "spine")

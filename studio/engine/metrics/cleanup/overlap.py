@@ -1,10 +1,9 @@
 """Self-penetration: two body parts that overlap by over 2 cm more than the reference's do.
 
-Parts are capsules on the bones. Radii are shares of stature: half of ANSUR's breadths and depths, girths
-divided by 2 pi (Gordon et al., "2012 Anthropometric Survey of U.S. Army Personnel", NATICK/TR-15/007, 2014,
-means of men and women over the mean stature of 1.72 m), the smallest of a part's, so that soft flesh
-does not count. Parts that share a joint or are adjacent along a limb are not compared, nor are
-thighs, which touch in people who stand.
+Parts are capsules on the bones. Radii are shares of stature: the smallest of half of ANSUR's breadths and depths and
+of its girths divided by 2 pi, so that soft flesh does not count (Gordon et al., "2012 Anthropometric Survey of U.S.
+Army Personnel", NATICK/TR-15/007, 2014, means of men and women over the mean stature of 1.72 m). Parts that share a
+joint or are adjacent along a limb are not compared, nor are thighs, which touch in people who stand.
 """
 
 import numpy as np
@@ -83,7 +82,7 @@ def _where(event: CleanupEvent) -> str:
 
 
 def _height_m(shown: ShownMotion) -> float:
-    """Stature [m] by the rest pose, in which the head's joint is at 0.936 of it; else the usual one."""
+    """Return the stature [m] from the rest pose, in which the head's joint is at 0.936 of it; else the usual one."""
     head = float(shown.rest_m[INDEX["head"], 2])
     return head / 0.936 if np.isfinite(head) and head > 0.3 else USUAL_HEIGHT_M
 
@@ -99,5 +98,5 @@ def _depth_m(positions_m: NDArray[np.float64], a: str, b: str, height_m: float) 
 def segment_distance_m(
     a0: NDArray[np.float64], a1: NDArray[np.float64], b0: NDArray[np.float64], b1: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the least distance of segments a0 a1 and b0 b1 [m]; each (sample_count, 3) -> (sample_count,)."""
+    """Return the least distance between segments a0 a1 and b0 b1 [m]; each (sample_count, 3) -> (sample_count,)."""
     return np.linalg.norm(nearest_on_segments(a0, a1, b0, b1)[2], axis=1)

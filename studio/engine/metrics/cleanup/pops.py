@@ -2,11 +2,11 @@
 
 The cubic is the least-squares fit through the samples up to 0.15 s before and after, without those within
 1/30 s. A spike of up to two frames of a 30 Hz camera therefore counts with its whole height, whatever the motion
-under it, and a step with half of its height. The reference has the pop too if it is half as far off its own cubic at
-that joint within 0.1 s, so sharp true motion is no pop. A reference has no rotations, so a turn counts unless the
+under it, and a step with half of its height. The reference has the pop too if that joint is half as far off its own
+cubic within 0.1 s, so sharp true motion is no pop. A reference has no rotations, so a turn counts unless the
 reference's joint itself is over 5 cm off then.
-Source: residuals of a local polynomial as in Savitzky and Golay, "Smoothing and differentiation of data by
-simplified least squares procedures", Analytical Chemistry 1964, the middle left out.
+Source: residuals of a local polynomial without its middle samples, as in Savitzky and Golay, "Smoothing and
+differentiation of data by simplified least squares procedures", Analytical Chemistry 1964.
 """
 
 import numpy as np
@@ -66,7 +66,7 @@ def off_course_cm(positions_m: NDArray[np.float64], step_s: float) -> NDArray[np
 
     Args:
         positions_m: in the stage frame, shape (sample_count, joint_count, 3).
-        step_s: time between two samples, which are even.
+        step_s: constant time between two samples.
     """
     return np.linalg.norm(_residual_m(positions_m, *_cubic(step_s)), axis=2) * 100.0
 

@@ -1,4 +1,4 @@
-"""The animation as a player of its exported keys shows it: at every key and in the middle between two.
+"""The animation as played from its exported keys, at every key and in the middle between two.
 
 Keys are those of the exports (`animation.clip.skeleton.local_motion`): local rotations and the root's position, on a
 uniform grid. Between keys a player follows the cubic curves of an FBX (`animation.curves.keys.curve_keys`) through
@@ -28,8 +28,8 @@ class ShownMotion:
     Attributes:
         time_s: stage time of each sample [s], shape (sample_count,).
         positions_m: canonical joints, shape (sample_count, 21, 3); NaN = the skeleton lacks the joint.
-        rotations: world rotations of the canonical joints, shape (sample_count, 21, 3, 3); the identity in
-            the T-pose, and for a missing joint.
+        rotations: world rotations of the canonical joints, shape (sample_count, 21, 3, 3); the identity in the T-pose
+            and for missing joints.
         rest_m: canonical joints in the T-pose, soles on the floor, shape (21, 3); NaN = missing.
     """
 
@@ -43,12 +43,12 @@ class ShownMotion:
         return float(self.time_s[1] - self.time_s[0])
 
     def frames(self, seconds: float) -> int:
-        """Return a duration in steps, at least one."""
+        """Return the number of steps in a duration, at least one."""
         return max(1, round(seconds / self.step_s))
 
 
 def shown_animation(poses: Poses) -> ShownMotion:
-    """Return the poses as their export plays.
+    """Return the poses as played from their export.
 
     Raises:
         FormatError: poses that cannot be exported.

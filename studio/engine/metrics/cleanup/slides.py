@@ -1,8 +1,8 @@
 """Stance slides: a standing foot that moves over 1 cm further across the floor than the reference's does.
 
-A foot stands if the reference says so (`feet.stance_of`; without a reference, the animation itself)
-and the animation's foot is low as well. The first and last 0.05 s of a stance are left out, because a foot rolls
-then. The slide within a stance is the largest distance [m] of a joint's horizontal path from its start.
+A foot stands if it does so in the reference (`feet.stance_of`; without a reference, in the animation itself) and the
+animation's foot is low as well. The first and last 0.05 s of a stance are left out, because a foot rolls then. The
+slide within a stance is the largest distance [m] of a joint's horizontal path from its start.
 Source: foot skating as in Kovar, Schreiner, Gleicher, "Footskate cleanup for motion capture editing", SCA 2002.
 """
 
@@ -63,5 +63,5 @@ def stance_slides(shown: ShownMotion, reference_m: NDArray[np.float64] | None) -
 
 
 def wandering_m(path_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the horizontal distance of each place from the first [m]; shapes (sample_count, 3), (sample_count,)."""
+    """Return the horizontal distance of each point from the first [m]; shapes (sample_count, 3), (sample_count,)."""
     return np.linalg.norm((path_m - path_m[0])[:, :2], axis=1)

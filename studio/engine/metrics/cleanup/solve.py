@@ -1,4 +1,4 @@
-"""The clean-up of a solve: its exported animation, by itself or against a reference."""
+"""The clean-up of a solve's exported animation, by itself or against a reference."""
 
 import numpy as np
 

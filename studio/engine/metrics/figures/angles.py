@@ -1,4 +1,4 @@
-"""Joint angles after the recommendations of the International Society of Biomechanics, from joint centres.
+"""Joint angles from joint centres, after the recommendations of the International Society of Biomechanics.
 
 Segments have axes x forward, y up, z to the right. The nearest joint centres replace landmarks on the skin:
 the thorax from spine to neck and from shoulder to shoulder, the pelvis from hips to spine and from hip to hip.
@@ -51,7 +51,7 @@ def joint_angles_deg(positions_m: Array) -> Array:
 
 
 def joint_angle_errors_deg(solve_m: Array, reference_m: Array) -> dict[str, AngleError]:
-    """Return the errors by angle that both have."""
+    """Return the error of each angle that both have."""
     difference = joint_angles_deg(solve_m) - joint_angles_deg(reference_m)
     difference = (difference + 180.0) % 360.0 - 180.0
     out: dict[str, AngleError] = {}

@@ -9,7 +9,7 @@ import numpy as np
 from studio.engine.metrics.reference.matching import Matched
 
 ARITHMETIC_MM = 1e-6
-"""A smaller deviation is a rounding error; such a bone is rigid."""
+"""Deviation below which a bone is rigid, because the rest is rounding error."""
 
 
 def bone_length_sd_mm(matched: Matched) -> float | None:

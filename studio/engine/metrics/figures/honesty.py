@@ -1,7 +1,7 @@
 """Calibration of a solve's uncertainty: its own 90 % balls against the actual errors.
 
 Source: coverage and sharpness as in Gneiting, Balabdaoui, Raftery, "Probabilistic forecasts, calibration and
-sharpness", J. R. Statist. Soc. B 2007: a ball must hold the share that it claims, and be no larger than needed.
+sharpness", J. R. Statist. Soc. B 2007: balls must contain the share that they claim, and be no larger than needed.
 """
 
 import numpy as np

@@ -8,15 +8,15 @@ from studio.engine.metrics.reference.reference import Reference
 from studio.engine.model.joints import INDEX
 
 LONGEST_S = 0.25
-"""Largest lag that is searched, both ways."""
+"""Largest lag in the search, in both directions."""
 
 
 def latency_ms(matched: Matched, reference: Reference) -> float | None:
     """Return the lag [ms] at which the joint velocities correlate best; positive = the solve is late.
 
-    Velocities are central differences at the solve's rate over all measured joints and axes. The correlation
-    is normalised, so that a smoothed solve is not biased to faster motion. It is first computed in steps of a
-    frame, then refined below a frame on the reference's splines. None where the take is still or under 1 s.
+    Velocities are central differences at the solve's rate over all measured joints and axes. The correlation is
+    normalised, so that a smoothed solve is not biased to faster motion. It is first computed in whole frames, then
+    refined to fractions of a frame on the reference's splines. None if the take is motionless or under 1 s.
     The match must be on one clock, already aligned rigidly (`alignment.align`).
     """
     step = 1.0 / matched.rate_hz

@@ -1,11 +1,11 @@
 """Smoothness of a solve, by finite differences over 1/30 s.
 
-The steps of the differences are 1/30 s at every rate of the solve (to whole frames: every second frame at 60 Hz,
-every fourth at 120 Hz), starting at every frame, on the solve and on the reference at the solve's instants.
-1/30 s is the rate of the cameras. Shorter steps would measure the reference: markers have noise, which a second
-difference multiplies by the square of the rate. Smoothing four marker references by a Gaussian of 17 ms changes
-their own second differences over 1/60 s by 5 to 15 m/s2, over 1/30 s by 1.4 to 4.2. The fixed step also makes solves
-of different rates comparable. Differences across a gap in the solve are left out.
+The steps of the differences are 1/30 s at every rate of the solve, rounded to whole frames (every second frame at
+60 Hz, every fourth at 120 Hz). They start at every frame, on the solve and on the reference at the solve's instants.
+1/30 s is the frame period of the cameras. Shorter steps would measure the reference: markers have noise, which a
+second difference multiplies by the square of the rate. Smoothing four marker references by a Gaussian of 17 ms
+changes their own second differences over 1/60 s by 5 to 15 m/s2, over 1/30 s by 1.4 to 4.2. The fixed step also makes
+solves of different rates comparable. Differences across a gap in the solve are left out.
 Source: mean jerk as in Flash and Hogan, "The coordination of arm movements", J. Neurosci. 1985; the
 acceleration error as in Kanazawa et al., "Learning 3D human dynamics from video", CVPR 2019, section 4.
 """

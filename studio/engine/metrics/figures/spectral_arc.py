@@ -2,8 +2,8 @@
 
 Source: Balasubramanian, Melendez-Calderon, Roby-Brami, Burdet, "On the analysis of movement smoothness", Journal of
 NeuroEngineering and Rehabilitation 2015: spectra padded to 16 times the next power of two, cut off at 10 Hz and where
-the amplitude last is 0.05 of that at 0 Hz. The method is for single movements of seconds, so a take is cut into
-pieces of 4 s. Pieces in which the reference's joint is slower than 5 cm/s on average are left out.
+the amplitude last is 0.05 of that at 0 Hz. The method is made for single movements of some seconds, so a take is cut
+into pieces of 4 s. Pieces in which the reference's joint is slower than 5 cm/s on average are left out.
 """
 
 import numpy as np

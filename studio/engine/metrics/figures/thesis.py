@@ -21,7 +21,7 @@ LOW_PASS_HZ = 3.0
 _AT_ONCE = 400_000
 
 FIGURES: tuple[str, ...] = tuple(ThesisFigures.__annotations__)
-"""Names of the figures of `figures`."""
+"""Keys of the result of `figures`."""
 
 
 def curves(matched: Matched, joint: str = "wrist") -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
@@ -67,7 +67,7 @@ def absolute_difference_cm(solve_m: NDArray[np.float64], reference_m: NDArray[np
 
 
 def shortest_distance_cm(solve_m: NDArray[np.float64], reference_m: NDArray[np.float64]) -> float:
-    """Mean distance of joints to their reference's paths at any time [cm]; (side_count, frame_count, 3)."""
+    """Return the mean distance of joints from the reference's whole paths [cm]; (side_count, frame_count, 3)."""
     distances = [distance_to_path(a, b) for a, b in zip(solve_m, reference_m, strict=True)]
     return float(np.mean(distances) * 100)
 
@@ -108,7 +108,7 @@ def distance_to_path(points_m: NDArray[np.float64], path_m: NDArray[np.float64])
     """Return each point's distance [m] to a path of straight segments; (point_count, 3), (vertex_count, 3).
 
     The distance is exact. Segments are searched in classes of doubling length, since a segment can be nearer than its
-    middle by half of its length. Where a performer stands still, thousands of short ones lie together.
+    middle by half of its length. Where a performer stands still, thousands of short segments lie together.
     """
     start, along = path_m[:-1], np.diff(path_m, axis=0)
     length = np.maximum(np.linalg.norm(along, axis=1), 1e-6)
@@ -151,8 +151,7 @@ def _distance_to_segments(
 
 
 def spike_count(curve_m: NDArray[np.float64], rate_hz: float) -> int:
-    """Return the number of maximal intervals of a curve that are covered by windows of 4/30 s that span over 10
-    cm."""
+    """Return the number of maximal intervals of a curve that are covered by windows of 4/30 s spanning over 10 cm."""
     return _run_count(in_spike(curve_m, rate_hz), 1)
 
 

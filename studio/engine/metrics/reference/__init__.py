@@ -1,1 +1,1 @@
-"""The reference: its reader, its canonical joints, and the alignment of solve and reference in place and time."""
+"""The reference: its reader, its canonical joints, and its alignment with a solve in space and time."""

@@ -1,4 +1,4 @@
-"""Alignment of a solve to a reference: one rigid transform or similarity, and the clock where each has its own."""
+"""Alignment of a solve to a reference: one rigid transform or similarity, and the clock if each has its own."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ _ALIKE_S = 0.3
 """Correlation time of a solve's errors; each span of this length counts as one measurement."""
 
 DRIFT_SIGMA_PPM = 300.0
-"""Expected clock drift: quartz drifts by some 50 ppm, a clock that loses frames by far more."""
+"""Expected clock drift: quartz drifts by about 50 ppm, a clock that loses frames by far more."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Alignment:
 
     Attributes:
         T_reference_stage: 4x4, rotation and translation [m], det(R) = +1; without the scale.
-        scale: 1 unless a similarity was asked for.
+        scale: 1 unless a similarity was requested.
         offset_s: offset of the reference's clock from the stage clock at stage time 0, positive = ahead.
         drift_ppm: its drift, positive = faster.
     """
@@ -140,7 +140,7 @@ def _clock_step(
     jacobian = np.zeros((len(residual), 3, 8))
     jacobian[..., 0], jacobian[..., 1] = slope, slope * since[:, None]
     jacobian[:, :, 2:5] = np.eye(3)
-    for axis in range(3):  # turns about each axis
+    for axis in range(3):  # rotations about each axis
         jacobian[:, :, 5 + axis] = np.cross(np.eye(3)[axis], place - place.mean(axis=0))
     root = np.sqrt(weight)[:, None]
     rows = (jacobian * root[..., None]).reshape(-1, 8)

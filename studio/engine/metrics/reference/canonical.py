@@ -1,4 +1,4 @@
-"""The canonical joints of poses, whose joints have the output skeleton's names or canonical ones."""
+"""The canonical joints of poses, whose joints are named as in the output skeleton or canonically."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""A reference brought to joint centres on a known clock."""
+"""Conversion of a reference to joint centres on a known clock."""
 
 from studio.engine.metrics.reference.alignment import clock_of
 from studio.engine.metrics.reference.markers import fit_joint_centres

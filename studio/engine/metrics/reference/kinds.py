@@ -1,4 +1,4 @@
-"""Endings of reference files; in a module of its own, so that it imports no reader."""
+"""Endings of reference files, in a separate module that imports no reader."""
 
 REFERENCE_KINDS: tuple[str, ...] = (
     ".csv", ".bvh", ".fbx", ".glb", ".gltf", ".c3d", ".trc", ".npz", ".txt",

@@ -1,8 +1,8 @@
 """A reference of markers, with constant offsets from the joint centres in the axes of their bones.
 
-The offsets are unknown. They are fitted together with the rigid transform, so that the markers are as near to the
-solve as possible, with robust weights. The fit also removes the constant part of the solve's error; figures
-against markers state the fitted offsets (`marker_offsets_mm`).
+The offsets are unknown. A robust fit of the offsets and the rigid transform brings the markers as near to the solve
+as possible. The fit also removes the constant part of the solve's error; figures against markers state the fitted
+offsets (`marker_offsets_mm`).
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from studio.engine.model.joints import INDEX
 from studio.engine.model.poses import Poses
 
 OFFSET_SIGMA_M = 0.10
-"""Prior of a marker's distance from its joint; it keeps components that the motion does not show at 0."""
+"""Prior of a marker's distance from its joint; it keeps components that the motion does not determine at 0."""
 
 _ROUNDS = 40
 _MOST_SAMPLES = 600

@@ -49,7 +49,7 @@ class Matched:
 
     @cached_property
     def _common(self) -> NDArray[np.bool_]:
-        """Which canonical joints both have at some instant, shape (21,)."""
+        """Return whether both have each canonical joint at some instant, shape (21,)."""
         return np.any(np.isfinite(self.solve_m + self.reference_m).all(axis=2), axis=0)
 
     def columns(self, names: list[str]) -> list[int]:

@@ -22,7 +22,7 @@ from studio.engine.model.poses import Poses
 
 @dataclass(frozen=True)
 class PlacedMotion:
-    """A motion beside a solve.
+    """A motion aligned with a solve.
 
     Attributes:
         motion: canonical joints in the stage frame, on the stage clock.
@@ -108,7 +108,7 @@ def on_stage(motion: Reference, alignment: Alignment) -> Reference:
 def line_up(poses: Poses, other: Poses, *, start_s: float | None = None) -> Alignment:
     """Return the alignment in place and time of a solve of another take with the same movement.
 
-    Both clocks count as equally fast; their offset is found from the speeds of the joints.
+    Both clocks are assumed equally fast; their offset is found from the speeds of the joints.
 
     Raises:
         FormatError: less than 2 s of motion, or no motion in common.

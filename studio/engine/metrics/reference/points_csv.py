@@ -40,7 +40,7 @@ def write_points_csv(
 def read_points_csv(path: Path) -> NamedPoints:
     """Return the points in a CSV: `time_s`, then `<name>_x,_y,_z` per point in metres, empty = unknown.
 
-    Where joints are named, what is no canonical joint is ignored. Else all points are read, which must be markers.
+    If any point is a canonical joint, all others are ignored. Otherwise all points are read and must be markers.
 
     Raises:
         FormatError: a column or value is missing or is not a number; the message names the line.
@@ -97,7 +97,7 @@ def read_points_csv(path: Path) -> NamedPoints:
 
 
 def _columns(path: Path, header: list[str]) -> list[tuple[str, str, int]]:
-    """Return name, axis and column of all that is read, point by point."""
+    """Return name, axis and column of everything that is read, point by point."""
     if "time_s" not in header:
         raise FormatError(
             "reference.no_time_column",

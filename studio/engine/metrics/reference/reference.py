@@ -24,7 +24,7 @@ from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT
 from studio.engine.model.poses import Poses
 
 LONGEST_STEP_S, _GAP_STEPS = 0.5, 5.0
-"""Between samples that are further apart than this, and than so many usual steps, nothing is known."""
+"""Time and number of usual steps above which the gap between two samples is unknown."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ class Reference:
     def at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the positions at other times [s], shape (len(time_s), 21, 3), by cubic splines.
 
-        NaN outside the reference's time, where a sample on either side is unknown, and in gaps, as a solve has that
-        lost its performer.
+        NaN outside the reference's time, where a sample on either side is unknown, and in gaps, such as those of a
+        solve that lost its performer.
         """
         out = np.full((len(time_s), JOINT_COUNT, 3), np.nan)
         inside = (time_s >= self.time_s[0]) & (time_s <= self.time_s[-1])
@@ -90,7 +90,7 @@ class Reference:
 
     @cached_property
     def _splines(self) -> list[tuple[NDArray[np.int64], NDArray[np.bool_], Any]]:
-        """Splines of joints that are known in the same samples: joints, those samples, spline."""
+        """Splines of each group of joints known in the same samples: joints, those samples, spline."""
         from scipy.interpolate import CubicSpline  # slow to load: not at the start of the server
 
         known = np.isfinite(self.positions_m).all(axis=2)
@@ -203,7 +203,7 @@ def reference_facts(path: Path) -> ReferenceFacts:
 
 
 def _of_csv(points: NamedPoints) -> "Reference | Markers":
-    """Joint centres where joints are named, which are then all there is; else markers."""
+    """Return joint centres if joints are named (there are then no other points); else markers."""
     if points.names[0] not in INDEX:
         return _of_points(points)
     positions = np.full((len(points.time_s), JOINT_COUNT, 3), np.nan)
@@ -212,7 +212,7 @@ def _of_csv(points: NamedPoints) -> "Reference | Markers":
 
 
 def _of_points(points: NamedPoints) -> "Reference | Markers":
-    """Joint centres by name; centres estimated from markers keep a constant offset and count as markers."""
+    """Return joint centres by name; centres estimated from markers keep a constant offset and count as markers."""
     joints = canonical_points(points)
     if not uses_markers(points):
         return Reference(points.time_s, joints)

@@ -1,11 +1,10 @@
-"""Reader of a table of rigid targets on a body: 17 targets, 60 Hz, as recorded beside a depth camera.
+"""Reader of a table of rigid targets on a body: 17 targets, 60 Hz, recorded together with a depth camera.
 
-Whitespace separates the values, a row is an instant without a time stamp, a target has x, y, z [mm] and a
-quaternion x, y, z, w; a quaternion of zeros is a lost target. Order of the targets as in the readme of the
-KERAAL dataset (Nguyen, Devanne et al., "A medical low-back pain physical rehabilitation dataset for human
-body movement analysis", IJCNN 2024). Some recordings have the left forearm's and upper arm's targets
-exchanged: the forearm's is the one nearer to the hand. A target counts for the joint at the far end of its
-bone.
+Whitespace separates the values. A row is an instant without a time stamp. A target has x, y, z [mm] and a quaternion
+x, y, z, w; a quaternion of zeros is a lost target. The order of the targets is that of the readme of the KERAAL
+dataset (Nguyen, Devanne et al., "A medical low-back pain physical rehabilitation dataset for human body movement
+analysis", IJCNN 2024). Some recordings have a side's forearm and upper arm targets exchanged: the forearm's is
+the one nearer to the hand. A target counts for the joint at the far end of its bone.
 """
 
 from pathlib import Path

@@ -1,1 +1,1 @@
-"""A robot as a body: its model read, its parts found, and measured."""
+"""A robot as a body: reads its model, finds its parts, and measures them."""

@@ -8,25 +8,25 @@ from numpy.typing import NDArray
 
 FLOOR = "studio_floor"
 NEAR_M = 0.01
-"""Contacts are found from this distance on."""
+"""Largest distance at which contacts are found."""
 
 DEEP_M = 0.01
-"""Parts that overlap by more are pushed apart along the way between their centres of mass: the nearest way out of a
-deep overlap may be through the other part."""
+"""Overlap above which parts are pushed apart along the line between their centres of mass: the shortest way out of a
+deep overlap may lead through the other part."""
 
 FAMILY = 2
-"""Bodies with at most this many hinges between them touch by their construction."""
+"""Number of hinges up to which two bodies touch by their construction."""
 
 
 def with_floor(spec: mujoco.MjSpec, model: mujoco.MjModel, active: NDArray[np.bool_]) -> None:
-    """Give a robot a floor at z = 0, and keep bodies apart only where they can be.
+    """Give a robot a floor at z = 0, and exclude pairs of bodies that cannot be kept apart.
 
-    Bodies of one joint group, and bodies that overlap in the zero pose, are not kept apart.
+    These are bodies with at most `FAMILY` moving hinges between them, and bodies that overlap in the zero pose.
 
     Args:
-        spec: is changed.
-        model: compiled from it before.
-        active: hinges that move, shape (hinge_count,); what hangs on others moves with its parent.
+        spec: modified.
+        model: compiled from `spec` before.
+        active: hinges that move, shape (hinge_count,); bodies on other hinges move with their parents.
     """
     hard = (model.geom_contype | model.geom_conaffinity) != 0
     for geom in spec.geoms:
@@ -51,7 +51,7 @@ def with_floor(spec: mujoco.MjSpec, model: mujoco.MjModel, active: NDArray[np.bo
 
 
 def _overlapping(model: mujoco.MjModel) -> set[tuple[int, int]]:
-    """Pairs of bodies that touch in the zero pose, the lower number first."""
+    """Pairs of bodies closer than `NEAR_M` in the zero pose, the lower number first."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
@@ -61,12 +61,12 @@ def _overlapping(model: mujoco.MjModel) -> set[tuple[int, int]]:
 
 
 def _moving(model: mujoco.MjModel, active: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Hinges that move of each body, shape (nbody,)."""
+    """Number of moving hinges of each body, shape (nbody,)."""
     return np.bincount(model.jnt_bodyid[1:], weights=active, minlength=model.nbody).astype(np.int64)
 
 
 def _hinges_between(model: mujoco.MjModel, moving: NDArray[np.int64], one: int, other: int) -> int:
-    """Hinges that move on the way from one body to the other."""
+    """Number of moving hinges between two bodies."""
     ways = []
     for body in (one, other):
         up = []

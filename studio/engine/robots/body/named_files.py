@@ -1,4 +1,4 @@
-"""Files that a robot's model names: included models, meshes, textures. A model that somebody else made may name none
+"""Files that a robot's model names: included models, meshes, textures. A model from somebody else may name no files
 outside its own folder."""
 
 import re
@@ -11,7 +11,7 @@ from studio.engine.base.errors import FormatError
 from studio.engine.base.file_sentences import unreadable_give_other
 
 ENDINGS = (".xml", ".mjcf", ".urdf")
-"""Of models."""
+"""Endings of models."""
 
 _FOLDERS = ("meshdir", "texturedir", "assetdir")
 _FILES = re.compile(r"file(name|left|right|up|down|front|back)?")
@@ -22,7 +22,7 @@ _MOST_INCLUDES = 100
 def models_in(folder: Path) -> list[Path]:
     """Return the robots' models in a folder, at any depth, sorted.
 
-    Left out are parts that another model includes, and scenes: they have no joints of their own, and include a model.
+    Parts that another model includes are left out, and scenes too: these have no joints, and include one model.
 
     Raises:
         FormatError: a file cannot be read.
@@ -35,14 +35,14 @@ def models_in(folder: Path) -> list[Path]:
 
 
 def check_named_files(model: Path, folder: Path) -> None:
-    """Check that all that a model names lies in a folder.
+    """Check that all files that a model names lie in a folder.
 
     Args:
         model: MJCF or URDF.
-        folder: in which it lies, at any depth.
+        folder: the folder that contains the model, at any depth.
 
     Raises:
-        FormatError: it names a file outside, or it or what it includes is no XML.
+        FormatError: it names a file outside, or it or an included file is no XML.
     """
     root = folder.resolve()
     models = [model, *_all_included(model)]

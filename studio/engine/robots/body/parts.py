@@ -1,7 +1,7 @@
-"""Parts of a robot's body, found by its tree of joints, with names where they tell more.
+"""Parts of a robot's body, found from its tree of joints, and from names where these are clearer.
 
-Legs are the two chains that end lowest, arms the two other chains of at least three joints that hang on one body.
-Their pelvis and torso are where they branch off. Knee and elbow are the hinges that divide a limb most evenly.
+Legs are the two chains that end lowest, arms the two other chains of at least three joints on one body. Pelvis and
+torso are the bodies from which they branch off. Knee and elbow are the hinges that divide a limb most evenly.
 """
 
 from collections.abc import Iterable
@@ -20,17 +20,17 @@ PARTS: tuple[str, ...] = (
     "pelvis", "torso", "head",
     *(f"{side}_{part}" for side in SIDES for limb in LIMBS.values() for part in limb),
 )  # fmt: skip
-"""Parts of a mapping. Each is a body of the model: a limb's part turns in that body's joint, the head may be the
+"""Parts of a mapping. Each is a body of the model: a limb's part rotates in that body's joint; the head may be the
 torso."""
 
 LEAST_HINGES = 3
-"""Fewer hinges make no leg and no arm."""
+"""Minimum number of hinges of a leg or an arm."""
 
 LEAST_SHARE = 0.15
-"""A knee or elbow is at least this share of the limb away from both ends."""
+"""Least distance of a knee or elbow from both ends, as a share of the limb."""
 
 SAME_HEIGHT = 0.15
-"""Ends of chains within this share of the height above the lowest are feet."""
+"""Height above the lowest end up to which an end of a chain is a foot, as a share of the robot's height."""
 
 _NAMES = {
     "knee": ("knee", "calf", "shank"), "elbow": ("elbow", "forearm", "lower_arm"), "head": ("head",),
@@ -57,7 +57,7 @@ class Tree:
         return bool(count) and self.model.jnt_type[first] == mujoco.mjtJoint.mjJNT_HINGE
 
     def up(self, body: int) -> list[int]:
-        """The body and its ancestors, without the world."""
+        """Return the body and its ancestors, without the world."""
         out = []
         while body > 0:
             out.append(body)
@@ -65,26 +65,26 @@ class Tree:
         return out
 
     def below(self, body: int) -> list[int]:
-        """The body and all that hangs on it."""
+        """Return the body and all its descendants."""
         out = [body]
         for child in self.children[body]:
             out += self.below(child)
         return out
 
     def anchor(self, body: int) -> NDArray[np.float64]:
-        """Place of the body's last joint, or its origin [m], shape (3,)."""
+        """Return the position of the body's last joint, or its origin [m], shape (3,)."""
         count = self.model.body_jntnum[body]
         if not self.hinged(body):
             return self.data.xpos[body]
         return self.data.xanchor[self.model.body_jntadr[body] + count - 1]
 
     def lowest(self, body: int) -> float:
-        """Height of the lowest point of a body's surface, or of its origin [m]."""
+        """Return the height of the lowest point of a body's surface, or of its origin [m]."""
         points = surface_points(self.model, self.data, [body])
         return float(points[:, 2].min()) if len(points) else float(self.data.xpos[body, 2])
 
     def hinged_up(self, body: int, until: int) -> list[int]:
-        """Hinged bodies from the body up to `until`, which is not among them, the highest first."""
+        """Return the hinged bodies from the body up to `until`, without it, the highest first."""
         chain = self.up(body)
         return [one for one in reversed(chain[: chain.index(until)]) if self.hinged(one)]
 
@@ -121,7 +121,7 @@ def _refused(path: Path, missing: str) -> FormatError:
 
 
 def _ends(tree: Tree, bodies: Iterable[int]) -> list[int]:
-    """The last hinged bodies of chains."""
+    """The hinged bodies without hinged descendants."""
     return [body for body in bodies if tree.hinged(body) and not any(map(tree.hinged, tree.below(body)[1:]))]
 
 
@@ -154,13 +154,13 @@ def _sides(tree: Tree, one: int, other: int) -> tuple[int, int]:
 
 
 def _branch(tree: Tree, ends: tuple[int, int]) -> int:
-    """The lowest body on which both hang."""
+    """The lowest common ancestor of both."""
     above = tree.up(ends[1])
     return next(body for body in tree.up(ends[0]) if body in above)
 
 
 def _arms(path: Path, tree: Tree, pelvis: int, legs: tuple[int, int]) -> tuple[tuple[int, int], int]:
-    """The last hinged bodies of the arms, and the body on which both hang. A hand's fingers count as one end."""
+    """The last hinged bodies of the arms, and the body that carries both. A hand's fingers count as one end."""
     in_legs = {body for leg in legs for body in tree.up(leg)} - set(tree.up(pelvis))
     for body in sorted(tree.below(1), key=lambda body: -len(tree.up(body))):
         limbs = [
@@ -213,7 +213,7 @@ def _middle(path: Path, tree: Tree, chain: list[int], part: str, end: int) -> in
 
 
 def _first(chain: list[int], bend: int) -> int:
-    """The body whose joint is the hip's or shoulder's centre: the middle one of those above the bend."""
+    """The body whose joint is the centre of a hip or shoulder: the middle one above the bend."""
     above = chain[: chain.index(bend)]
     return above[len(above) // 2]
 
@@ -229,7 +229,7 @@ def _hand(tree: Tree, end: int, bend: int) -> int:
 
 
 def _head(tree: Tree, torso: int, arms: tuple[int, int]) -> int:
-    """The head: by name, else the highest end of a chain on the torso that is no arm, else the torso."""
+    """The head: by name, else the highest end of a chain on the torso other than the arms, else the torso."""
     limbs = {body for arm in arms for body in tree.up(arm)} - set(tree.up(torso))
     own = [body for body in tree.below(torso)[1:] if not limbs & set(tree.up(body))]
     named = [body for body in own if any(name in tree.names[body].lower() for name in _NAMES["head"])]

@@ -15,7 +15,7 @@ from studio.engine.robots.free_joint import FREE
 
 MAX_BYTES = 64 << 20
 UNLIMITED_RAD = float(np.pi)
-"""Range taken for a joint without limits, to both sides."""
+"""Assumed range of a joint without limits, to both sides."""
 
 _MISSING = re.compile(
     r"(?:Error opening file|could not open|resource not found|not found)[^'\"]*['\"]([^'\"]+)['\"]"
@@ -24,12 +24,12 @@ _MISSING = re.compile(
 
 @dataclass(frozen=True)
 class ReadModel:
-    """A robot's model as it is in its file.
+    """A robot's model as in its file.
 
     Attributes:
         path: the file.
-        spec: of the robot alone, with a free base; may be changed and compiled again.
-        model: compiled from it.
+        spec: the robot alone, with a free base; may be changed and compiled again.
+        model: compiled from `spec`.
         range_rad: lowest and highest angle of each hinge, shape (hinge_count, 2).
         unlimited: names of hinges without limits in the file.
         velocity_rad_s: limit of each hinge that a URDF states, shape (hinge_count,); NaN = not stated.
@@ -118,7 +118,7 @@ def _text(path: Path) -> str:
 
 
 def _spec(path: Path, text: str) -> mujoco.MjSpec:
-    """Return the model of a file; of a URDF with its first link as a body, and with its meshes found."""
+    """Return the model of a file; for a URDF, its first link is a body too, and its meshes are found."""
     urdf = _urdf(text)
     try:
         if urdf is None:
@@ -150,7 +150,7 @@ def _child(element: ElementTree.Element, tag: str) -> ElementTree.Element:
 
 
 def _mesh(path: Path, folder: Path, name: str) -> Path:
-    """Return a mesh of a URDF: beside it, or in the package of which the URDF is a part."""
+    """Return a mesh of a URDF: next to it, or in the package that contains the URDF."""
     plain = name.removeprefix("file://").removeprefix("package://")
     parts = Path(plain).parts
     for place in (folder, *path.resolve().parents[:4]):

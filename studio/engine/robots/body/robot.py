@@ -19,24 +19,24 @@ from studio.engine.robots.free_joint import FREE, FREE_DOFS
 Array = NDArray[np.float64]
 
 USUAL_VELOCITY_RAD_S = 3.0 * np.pi
-"""Limit of a hinge's velocity where the model states none: that of General Motion Retargeting."""
+"""Velocity limit of a hinge where the model states none: that of General Motion Retargeting."""
 
 SOLE_M = 0.01
-"""Points of a foot within this height above its lowest are its sole."""
+"""Height above a foot's lowest point up to which points belong to its sole."""
 
 LEVER_M = 0.2
-"""Length of the levers that show how pelvis, torso and head are turned."""
+"""Length of the levers that show the rotation of pelvis, torso and head."""
 
 THUMB_M = 0.08
 HAND_SHARE = 0.85
-"""Length of the lever that shows how a hand is turned; and place of a hand without a name of its own, from elbow to
-the end of the arm."""
+"""Length of the lever that shows a hand's rotation; position of a hand without a named site, as a share of the
+distance from elbow to the end of the arm."""
 
 SIDEWAYS = 0.6
-"""A bone that goes sideways by more than this share of its length is an arm of a T-pose."""
+"""Sideways share of a bone's length above which it is an arm of a T-pose."""
 
 BENT_RAD = 0.05
-"""A solve keeps knees and elbows bent by this much, where their limits would let them bend backwards."""
+"""Least bend of knees and elbows in a solve, where their limits would let them bend backwards."""
 
 CORNERS = ("heel_in", "heel_out", "toe_in", "toe_out")
 POINTS: tuple[str, ...] = (
@@ -56,23 +56,23 @@ class Robot:
     Attributes:
         name: for the user.
         parts: body of each part (`parts.PARTS`).
-        model: with a free base first, a site for each of `POINTS`, and a floor.
+        model: the model with a free base first, a site for each of `POINTS`, and a floor.
         joint_names: hinges in the model's order, shape (hinge_count,).
         range_rad: limits of each hinge, shape (hinge_count, 2).
-        velocity_rad_s: limit of each hinge's velocity, shape (hinge_count,).
+        velocity_rad_s: velocity limit of each hinge, shape (hinge_count,).
         torque_nm: lowest and highest torque of each hinge, infinite where the model gives none, shape
             (hinge_count, 2).
         unlimited: hinges without limits in the file; `range_rad` has +-pi for them.
-        active: whether a hinge moves any of `POINTS`; the others (fingers) keep their place, shape (hinge_count,).
-        rest: hinges of a relaxed stance, within limits, shape (hinge_count,).
+        active: whether a hinge moves any of `POINTS`; the others (fingers) keep their angle, shape (hinge_count,).
+        rest: hinge angles of a relaxed stance, within limits, shape (hinge_count,).
         bent_rad: limits for a solve: as `range_rad`, but knees and elbows do not bend backwards.
         site_ids: site of each of `POINTS`.
-        base_m: place of the base in the zero pose, axes as of `at_rest_m`, shape (3,).
-        at_rest_m: places of `POINTS` in the zero pose, x ahead, y left, z up, soles at z = 0, centre of the hips at
-            x = y = 0, shape (point_count, 3).
+        base_m: position of the base in the zero pose, axes as in `at_rest_m`, shape (3,).
+        at_rest_m: positions of `POINTS` in the zero pose, x ahead, y left, z up, soles at z = 0, centre of the hips
+            at x = y = 0, shape (point_count, 3).
         ankle_m: ankles in the zero pose, left and right, shape (2, 3).
         lengths_m: thigh, shank, upper_arm, forearm.
-        bend_axes: axis of each knee and elbow about which it bends, zero pose, by part.
+        bend_axes: bending axis of each knee and elbow in the zero pose, by part.
         collides: whether the file has geometry that collides.
     """
 
@@ -102,7 +102,7 @@ class Robot:
 
     @property
     def height_m(self) -> float:
-        """Height of the zero pose [m], of its geometry, and of `POINTS` where that is only of a part."""
+        """Height of the zero pose [m]: of its geometry or of `POINTS`, whichever is larger."""
         data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, data)
         points = surface_points(self.model, data, range(1, self.model.nbody))
@@ -111,7 +111,7 @@ class Robot:
 
     @property
     def standing(self) -> Array:
-        """Configuration of the relaxed stance, soles about at z = 0, shape (nq,)."""
+        """Configuration of the relaxed stance, soles near z = 0, shape (nq,)."""
         q = np.zeros(self.model.nq)
         q[:3], q[3], q[FREE:] = self.base_m, 1.0, self.rest
         return q
@@ -130,7 +130,7 @@ def build_robot(
         path: MJCF or URDF.
         name: for the user.
         parts: corrections of the mapping, part -> body; the others are found.
-        velocity_rad_s: limits of hinges, by name or of all; None = the model's, else `USUAL_VELOCITY_RAD_S`.
+        velocity_rad_s: limits of hinges, by name or one for all; None = the model's, else `USUAL_VELOCITY_RAD_S`.
 
     Raises:
         FormatError: as `read_model` and `found_parts`; an unknown part, body or joint; parts that form no limb.
@@ -205,7 +205,7 @@ def _mapping(read: ReadModel, given: dict[str, str]) -> dict[str, str]:
 def _points(
     path: Path, tree: Tree, body: dict[str, int]
 ) -> tuple[dict[str, tuple[int, Array]], Array, dict[str, Array]]:
-    """Body and place in the zero pose of each of `POINTS`; the ankles; and the axes of knees and elbows."""
+    """Body and zero-pose position of each of `POINTS`; the ankles; and the axes of knees and elbows."""
     out: dict[str, tuple[int, Array]] = {}
     axes: dict[str, Array] = {}
     ankles = []
@@ -251,8 +251,8 @@ def _points(
 
 
 def _centre(tree: Tree, above: list[int], bend: Array) -> Array:
-    """Centre of a hip or shoulder: the joint that turns most about the lateral axis, moved along its axis beside the
-    knee or elbow."""
+    """Centre of a hip or shoulder: the joint with the most lateral axis, moved along this axis to the knee's or
+    elbow's lateral position."""
     joints = [tree.model.body_jntadr[one] + tree.model.body_jntnum[one] - 1 for one in above]
     joint = max(joints, key=lambda one: abs(tree.data.xaxis[one, 1]))
     axis, anchor = tree.data.xaxis[joint], tree.data.xanchor[joint]
@@ -265,10 +265,10 @@ def _centre(tree: Tree, above: list[int], bend: Array) -> Array:
 
 
 def _bend_axis(tree: Tree, body: int, above: Array, ahead: float) -> Array:
-    """Axis about which a knee bends back, or an elbow ahead (`ahead` -1 or 1); else to the side of its larger range.
+    """Axis about which a knee bends back or an elbow ahead (`ahead` -1 or 1); if unclear, towards its larger range.
 
     Args:
-        above: the bone above it in the zero pose, shape (3,).
+        above: the bone above the joint in the zero pose, shape (3,).
     """
     joint = tree.model.body_jntadr[body] + tree.model.body_jntnum[body] - 1
     axis = tree.data.xaxis[joint]
@@ -280,7 +280,7 @@ def _bend_axis(tree: Tree, body: int, above: Array, ahead: float) -> Array:
 
 
 def _sole(tree: Tree, foot: int, sign: float) -> Array:
-    """Corners of the rectangle about a sole in the zero pose [m], as in `CORNERS`, shape (4, 3)."""
+    """Corners of the rectangle around a sole in the zero pose [m], as in `CORNERS`, shape (4, 3)."""
     points = surface_points(tree.model, tree.data, tree.below(foot))
     if not len(points):
         points = tree.anchor(foot) + np.array([[-0.05, -0.03, -0.03], [0.12, 0.03, -0.03]])
@@ -292,7 +292,7 @@ def _sole(tree: Tree, foot: int, sign: float) -> Array:
 
 
 def _hand_place(tree: Tree, side: str, hand: int, elbow: Array) -> Array:
-    """Place of a hand: a site named so, else within the end of the arm."""
+    """Position of a hand: a site with such a name, else inside the end of the arm."""
     model, below = tree.model, tree.below(hand)
     for site in range(model.nsite):
         name = model.site(site).name.lower()
@@ -328,7 +328,7 @@ def _mean_length(at_rest: Array, first: str, last: str) -> float:
 
 
 def _bent(tree: Tree, body: dict[str, int], axes: dict[str, Array], range_rad: Array) -> Array:
-    """Limits with which knees and elbows stay on the side to which they bend."""
+    """Limits that keep knees and elbows on the side to which they bend."""
     out = range_rad.copy()
     for side in SIDES:
         for first, middle, last in LIMBS.values():

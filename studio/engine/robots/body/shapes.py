@@ -1,4 +1,4 @@
-"""What a robot looks like: triangles of its bodies, with fewer details than its meshes have."""
+"""A robot's look: triangles of its bodies, with less detail than its meshes."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -18,10 +18,10 @@ Mesh = tuple[Array, NDArray[np.int64]]
 """Vertices [m], shape (vertex_count, 3), and triangles, shape (triangle_count, 3)."""
 
 VISIBLE_GROUPS = (0, 1, 2)
-"""Groups of geoms that MuJoCo shows; others collide, and are shown where a robot has nothing else."""
+"""Groups of geoms that MuJoCo shows; others are for collisions, and shown only where a robot has nothing else."""
 
 CELL_M = 0.006
-"""Vertices of a mesh within a cell of this size become one."""
+"""Size of a cell whose vertices become one."""
 
 BONE_M = 0.025
 """Radius of the capsules of a robot without any geoms."""
@@ -36,7 +36,7 @@ class Shape:
     Attributes:
         body: number of the body in the model.
         vertices_m: in the body's axes [m], shape (vertex_count, 3).
-        triangles: shape (triangle_count, 3), their front outside.
+        triangles: shape (triangle_count, 3), facing outwards.
         rgb: colour, 0..255.
     """
 
@@ -47,8 +47,8 @@ class Shape:
 
 
 def robot_shapes(robot: Robot) -> list[Shape]:
-    """Return what a robot looks like: its meshes and other geoms; without meshes, bodies that have none get capsules
-    along their bones."""
+    """Return a robot's shapes: its meshes and other geoms; in a model without meshes, bodies without geoms get
+    capsules along their bones."""
     model = robot.model
     parts: dict[tuple[int, Rgb], list[Mesh]] = {}
     for geom in seen_geoms(model):
@@ -84,7 +84,7 @@ def _colour(model: mujoco.MjModel, geom: int) -> Rgb:
 
 
 def _triangles(model: mujoco.MjModel, geom: int) -> Mesh | None:
-    """Vertices in the geom's axes, and triangles; None of what has no surface."""
+    """Vertices in the geom's axes, and triangles; None for a geom without a surface."""
     kind = mujoco.mjtGeom(int(model.geom_type[geom]))
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]
@@ -99,7 +99,7 @@ def _triangles(model: mujoco.MjModel, geom: int) -> Mesh | None:
 
 
 def simplified(vertices: Array, triangles: NDArray[np.int64]) -> Mesh:
-    """Return a mesh with one vertex for each cell of `CELL_M`, in the middle of those in it."""
+    """Return a mesh with one vertex for each cell of `CELL_M`, the mean of the vertices in it."""
     _, cell = np.unique(np.floor(vertices / CELL_M).astype(np.int64), axis=0, return_inverse=True)
     cell = cell.reshape(-1)
     count = np.bincount(cell)
@@ -113,7 +113,7 @@ def simplified(vertices: Array, triangles: NDArray[np.int64]) -> Mesh:
 
 
 def _hull(points: Array) -> Mesh:
-    """The convex hull of points, its triangles with their front outside."""
+    """The convex hull of points, its triangles facing outwards."""
     hull = ConvexHull(points)
     faces = hull.simplices.astype(np.int64)
     a, b, c = (points[faces[:, k]] for k in range(3))
@@ -152,12 +152,12 @@ _POINTS: dict[mujoco.mjtGeom, Callable[[Array], Array]] = {
     mujoco.mjtGeom.mjGEOM_CAPSULE: _capsule,
     mujoco.mjtGeom.mjGEOM_CYLINDER: _cylinder,
 }
-"""Kind of geom -> points whose convex hull it is, by its size."""
+"""Kind of geom -> function of its size that returns points whose convex hull is the geom."""
 
 
 def bare_bones(model: mujoco.MjModel) -> Iterator[tuple[int, Array]]:
-    """Yield each body of a model without meshes that has no geom to be seen, and where a body hangs on it [m], in its
-    axes, shape (3,); a capsule shows each."""
+    """Yield each body without a visible geom in a model without meshes, and the position of each child body in its
+    axes [m], shape (3,); a capsule shows each."""
     own = np.flatnonzero(model.geom_bodyid > 0)
     if (model.geom_type[own] == mujoco.mjtGeom.mjGEOM_MESH).any():
         return
@@ -169,7 +169,7 @@ def bare_bones(model: mujoco.MjModel) -> Iterator[tuple[int, Array]]:
 
 
 def seen_geoms(model: mujoco.MjModel) -> NDArray[np.int64]:
-    """Return the geoms of bodies that are shown: all where none is meant to be seen."""
+    """Return the geoms of bodies that are shown: the visible ones, or all where none is visible."""
     own = np.flatnonzero(model.geom_bodyid > 0)
     seen = own[np.isin(model.geom_group[own], VISIBLE_GROUPS) & (model.geom_rgba[own, 3] > 0.0)]
     return seen if len(seen) else own

@@ -10,8 +10,8 @@ Array = NDArray[np.float64]
 def torque_limits(model: mujoco.MjModel) -> Array:
     """Return lowest and highest torque of each hinge [N m], shape (hinge_count, 2); infinite where none is given.
 
-    A limit is the joint's own (`actuatorfrcrange`, a URDF's effort), or that of the actuators that turn it: their
-    range of forces, else of a motor the range of its control, times gain and gear.
+    A limit is the joint's own (`actuatorfrcrange`, a URDF's effort), or that of its actuators: their force range, or
+    for a motor without one its control range, times gain and gear.
     """
     joints = model.njnt - 1
     by_actuators = np.zeros((joints, 2))

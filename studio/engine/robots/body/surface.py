@@ -20,9 +20,9 @@ def surface_points(
 
     Args:
         model, data: with the kinematics computed.
-        bodies: whose.
-        colliding: only geoms that collide (True) or that do not (False); None = the colliding ones of each body, else
-            all.
+        bodies: the bodies.
+        colliding: True = only colliding geoms, False = only the others; None = the colliding ones of each body, or
+            all if it has none.
     """
     out = [np.empty((0, 3))]
     for body in bodies:

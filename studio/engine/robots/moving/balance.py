@@ -10,14 +10,14 @@ from studio.engine.robots.moving.targets import SOLES, Targets
 Array = NDArray[np.float64]
 
 SLOW_M_S = 0.2
-"""Hips slower than this stand, where a foot does; a walking performer falls from step to step."""
+"""A performer with a foot on the floor and hips slower than this stands; a walking one falls from step to step."""
 
 INSIDE_M = 0.015
 """A solve keeps the centre of mass this far inside the support."""
 
 SIGMA_M, MOST_M = 0.004, 0.1
-"""Deviation of the centre of mass from there, and the longest way of it that pulls: feet stay where a robot would
-have to fall."""
+"""Deviation of the centre of mass from there, and the largest distance by which it is pulled: feet stay in place
+where a robot would have to fall."""
 
 
 def standing_frames(targets: Targets) -> NDArray[np.bool_]:
@@ -28,13 +28,13 @@ def standing_frames(targets: Targets) -> NDArray[np.bool_]:
 
 
 def outside(mass: Array, soles: Array, standing: NDArray[np.bool_], inside_m: float = 0.0) -> Array:
-    """Return the shortest way on the floor from each centre of mass into its support [m], shape (frame_count, 2).
+    """Return the shortest vector on the floor from each centre of mass into its support [m], shape (frame_count, 2).
 
     Args:
         mass: centres of mass, shape (frame_count, 3).
         soles: corners, shape (frame_count, 2, 4, 3).
         standing: which corners stand, shape (frame_count, 2, 4).
-        inside_m: the support is smaller by this on all sides.
+        inside_m: margin by which the support is shrunk.
     """
     out = np.zeros((len(mass), 2))
     for t in np.flatnonzero(standing.any(axis=(1, 2))):
@@ -60,7 +60,7 @@ def _way_in(point: Array, corners: Array, inside_m: float) -> Array:
 
 
 def _hull(points: Array) -> Array:
-    """The convex hull of points on a plane, against the clock (Andrew's monotone chain)."""
+    """The convex hull of points on a plane, anticlockwise (Andrew's monotone chain)."""
     ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
     halves = []
     for run in (ordered, ordered[::-1]):

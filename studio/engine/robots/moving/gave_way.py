@@ -1,4 +1,4 @@
-"""Where a robot's motion gave way for its torques: when, which point, and how far."""
+"""Intervals in which a robot's motion left its targets to limit torques: when, which point, and how far."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,19 +13,19 @@ from studio.engine.robots.moving.targets import KEY_POINTS
 Array = NDArray[np.float64]
 
 TOLD_M = 0.03
-"""A way shorter than this is not told."""
+"""Deviations up to this are not reported [m]."""
 
 APART_S = 0.2
-"""Times nearer together than this are one."""
+"""Intervals closer together than this are merged [s]."""
 
 
 @dataclass(frozen=True)
 class GaveWay:
-    """A time in which a motion gave way.
+    """An interval in which a motion gave way.
 
     Attributes:
         begin_s, end_s: since the performance began [s].
-        most_m: how far a key point is at most from where it would be without limits of torques [m].
+        most_m: largest distance of a key point from where it would be without torque limits [m].
         point: that point.
     """
 
@@ -36,11 +36,11 @@ class GaveWay:
 
 
 def gave_way(before_m: Array, after_m: Array, frame_s: float) -> tuple[GaveWay, ...]:
-    """Return the times in which a motion gave way, since its first frame.
+    """Return the intervals in which a motion gave way, timed from its first frame.
 
     Args:
-        before_m: the robot's points without limits of torques, shape (frame_count, point_count, 3).
-        after_m: the same of the motion.
+        before_m: the robot's points without torque limits, shape (frame_count, point_count, 3).
+        after_m: its points in the motion, same shape.
         frame_s: time between frames [s].
     """
     points = [INDEX[point] for point in KEY_POINTS]
@@ -58,7 +58,7 @@ def gave_way(before_m: Array, after_m: Array, frame_s: float) -> tuple[GaveWay, 
 
 
 def gave_way_text(times: Sequence[GaveWay], begin_s: float = 0.0) -> str:
-    """Return what an operator reads of it; `begin_s`: of the first frame, since the performance began [s]."""
+    """Return the intervals as text; `begin_s`: time of the first frame since the performance began [s]."""
     told = [
         f"{one.begin_s + begin_s:.2f} to {one.end_s + begin_s:.2f} s by up to "
         f"{100.0 * one.most_m:.0f} cm ({one.point})"

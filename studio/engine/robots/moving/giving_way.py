@@ -1,7 +1,7 @@
-"""Torques of a robot's motion brought within their limits, where the motion gives way.
+"""Torques of a robot's motion brought within their limits; the motion gives way for them.
 
 Parts of a take with torques beyond their limits are solved again, each with some time around it (`strained_part`).
-What is left after a pass is solved again by itself, and may give way further.
+Parts that remain after a pass are solved again in the next, and may give way further.
 """
 
 from collections.abc import Callable
@@ -20,14 +20,14 @@ from studio.engine.robots.moving.torques import RobotTorques, Strain
 Array = NDArray[np.float64]
 
 PASSES = ((0.4, 14), (0.4, 14), (0.4, 20), (0.4, 20), (1.0, 30))
-"""Time before and after torques beyond limits that is solved again [s], and most steps, of each pass. Most torques
-need few steps; what is left is a shorter part."""
+"""Time before and after torques beyond limits that is solved again [s], and maximum number of steps, of each pass.
+Most torques need few steps; the remaining parts are shorter."""
 
 GIVES_WAY, STANDS_UP = 1, 2
-"""First pass in which the motion gives way, and the one that begins with the centre of mass over the soles."""
+"""First pass in which the motion gives way, and the pass that first brings the centre of mass over the soles."""
 
 LONGEST, CALM_S = 360, 0.1
-"""Most frames that are solved at once; a longer part is cut where torques are least over this time [s]."""
+"""Maximum number of frames solved at once; a longer part is cut where torques over this time [s] are least."""
 
 ROUNDING = 1e-9
 
@@ -36,14 +36,14 @@ class GivingWay:
     """Brings a robot's motions within its torques' limits."""
 
     def __init__(self, robot: Robot, solver: RobotSolver, frame_s: float, *, gives_way: bool) -> None:
-        """Args: `gives_way`: also in pose, not only as far as other accelerations do it."""
+        """Args: `gives_way`: the pose may change too, not only its accelerations."""
         self._robot, self._solver, self._gives_way = robot, solver, gives_way
         self._torques = RobotTorques(robot, frame_s)
         self._linear = LinearTorques(robot, solver.kinematics.dofs, frame_s)
         self._around = NearFrames(frame_s)
 
     def kept(self, q: Array, targets: Targets, apart: bool, progress: Callable[[float], None]) -> Array:
-        """Return configurations, shape (frame_count, 7 + active), with torques within their limits, or nearer."""
+        """Return configurations, shape (frame_count, 7 + active), with torques within or nearer to their limits."""
         if not self._torques.given or len(q) < 2 * HELD + 1:
             return q
         q = q.copy()
@@ -73,16 +73,16 @@ class GivingWay:
         return q
 
     def _strain(self, q: Array) -> Strain:
-        """What the finished motion asks of the hinges."""
+        """The load of the hinges in the finished motion."""
         return self._torques.strain(self._solver.finished(q))
 
     def _can_stand(self) -> bool:
-        """Whether the robot's limits let it stand; otherwise nothing that gives way is within them."""
+        """Whether the robot's limits let it stand; otherwise giving way cannot bring torques within them."""
         standing = np.tile(self._solver.kinematics.reduced(self._robot.standing[None]), (3, 1))
         return float(self._strain(standing).shares.max()) <= 1.0
 
     def _parts(self, most: Array, around_s: float) -> list[tuple[int, int]]:
-        """First frame, and one after the last, of parts around frames whose largest torques are beyond."""
+        """First frame, and one after the last, of parts around frames with torques beyond their limits."""
         near = self._around(most > 1.0, around_s) > ROUNDING
         calm = self._around(most, CALM_S)
         parts = []
@@ -96,6 +96,6 @@ class GivingWay:
 
 
 def _held(before: bool, after: bool, frames: int) -> NDArray[np.int64]:
-    """Frames that stay, at the ends of a part that has others before it or after it."""
+    """Fixed frames at the ends of a part that has frames before or after it."""
     first, last = np.arange(HELD if before else 0), frames - 1 - np.arange(HELD if after else 0)
     return np.concatenate([first, last])

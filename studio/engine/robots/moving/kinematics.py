@@ -1,6 +1,6 @@
 """Points of a robot over many configurations, with Jacobians, contacts, and the centre of mass.
 
-Configurations and steps are those of the base and the active hinges alone ("reduced").
+Configurations and steps contain only the base and the active hinges ("reduced").
 """
 
 from dataclasses import dataclass
@@ -35,11 +35,11 @@ class ContactRows:
 
     @property
     def on_floor(self) -> NDArray[np.bool_]:
-        """Whether each is one with the floor, shape (count,)."""
+        """Whether each contact is with the floor, shape (count,)."""
         return (self.bodies == 0).any(axis=1)
 
     def part(self, chosen: NDArray[np.bool_]) -> "ContactRows":
-        """Some of the contacts."""
+        """Return the chosen contacts."""
         return ContactRows(
             self.frames[chosen], self.bodies[chosen], self.distance_m[chosen], self.rows[chosen]
         )
@@ -52,9 +52,9 @@ class Linearised:
     Attributes:
         points_m: shape (frame_count, point_count, 3).
         jacobians: shape (frame_count, 3 * point_count, nv).
-        contacts: None where they were not asked for.
+        contacts: None where not requested.
         mass_m: centres of mass, shape (frame_count, 3).
-        mass_jacobians: their Jacobians, shape (frame_count, 3, nv); None where they were not asked for.
+        mass_jacobians: their Jacobians, shape (frame_count, 3, nv); None where not requested.
     """
 
     points_m: Array
@@ -79,7 +79,7 @@ class RobotKinematics:
         self._mask = np.repeat(self._moves[model.site_bodyid[self._sites]], 3, axis=0)
 
     def reduced(self, q: Array) -> Array:
-        """Return whole configurations without hinges that are not active, shape (frame_count, 7 + active)."""
+        """Return whole configurations without inactive hinges, shape (frame_count, 7 + active)."""
         return q[:, self._columns]
 
     def whole(self, reduced: Array) -> Array:
@@ -89,7 +89,7 @@ class RobotKinematics:
         return out
 
     def linearised(self, reduced: Array, *, contacts: bool = False, mass: bool = False) -> Linearised:
-        """Return points of reduced configurations, shape (frame_count, 7 + active), and what else is asked for."""
+        """Return points of reduced configurations, shape (frame_count, 7 + active), with requested extras."""
         model, data, frames = self._model, self._data, len(reduced)
         points = np.empty((frames, len(self._sites), 3))
         motion, centre = np.empty((frames, len(self.dofs), 6)), np.empty((frames, 1, 3))
@@ -135,7 +135,7 @@ class RobotKinematics:
 
 
 def contact_rows(arms: Array, ways: Array, motion: Array) -> Array:
-    """Return how fast points that every degree of freedom moves go along directions, shape (count, nv).
+    """Return the speed of points along directions by each degree of freedom, as if all moved them, shape (count, nv).
 
     Args:
         arms: points from the centre of mass of the tree [m], shape (count, 3).

@@ -1,7 +1,7 @@
 """The live way: a robot follows a performer frame by frame, by mink with the points of the whole take.
 
-Each frame starts from the one before. Stances are found from what has passed: a foot that stands keeps the place that
-its sole had. Limits of angles and velocities are bounds of every step, so every frame has an answer.
+Each frame starts from the one before. Stances are found from past frames only: a standing foot keeps the position of
+its sole. Limits of angles and velocities are bounds of every step, so every frame has a solution.
 """
 
 from collections.abc import Callable
@@ -33,33 +33,33 @@ from studio.engine.solve.ik.tasks import JointPositionsTask
 Array = NDArray[np.float64]
 
 _build_ik = cast("Callable[..., Any]", mink.build_ik)
-"""Typed as if the matrix could be sparse; mink's is always dense."""
+"""mink's types allow a sparse matrix, but it is always dense."""
 
 FIRST_ITERATIONS = 3
-"""Steps of a first frame. They let parts overlap, because the contacts of a jump are many and deep: to find them
-takes as long as the rest of the frame. The next frames part them."""
+"""Steps of a first frame. They let parts overlap, because the contacts of a jump are many and deep: finding them
+takes as long as the rest of the frame. The next frames push the parts apart."""
 
 MAX_STEP_RAD, FIRST_STEP_RAD = 0.3, 0.6
-"""Largest turns of a hinge in a frame, and in each step of a first frame."""
+"""Largest rotation of a hinge in a frame, and in each step of a first frame."""
 
 VELOCITY_SHARE = 0.9
-"""Share of the last frame's velocity that is expected to go on."""
+"""Share of the last frame's velocity that is expected in the next one."""
 
 STOP_SHARE = 0.8
-"""The same where nobody is to be followed."""
+"""The same while there is nobody to follow."""
 
 DAMPING = 1e-3
 REST_RAD = 1.5
 BASE_SIGMA = (2.0, 6.0)
 HINGE_SIGMA_RAD_S = 4.0
-"""Standard deviation of velocities' changes: base [m/s], [rad/s], and hinges [rad/s]."""
+"""Standard deviation of velocity changes: base [m/s], [rad/s], and hinges [rad/s]."""
 
 STAND_M_S, LEAVE_M_S = 0.30, 0.45
 STAND_M, LEAVE_M = 0.03, 0.045
-"""Speed and height below which a joint of a foot stands, and above which it no longer does."""
+"""Speed and height below which a foot's joint begins to stand, and above which it stops standing."""
 
 APART_M, APART_SIGMA_M = 0.005, 0.004
-"""Distance that parts keep from each other, and deviation below it and below the floor."""
+"""Distance that parts keep from each other, and the deviation below it or below the floor."""
 
 LIVE_SIGMA_M = 0.001
 """Least standard deviation of the corners of standing soles."""
@@ -69,10 +69,10 @@ SMOOTHING_S = 0.03
 
 
 class LiveStances:
-    """Which joints of the performer's feet stand, by their speed and height so far."""
+    """Detects which joints of the performer's feet stand, from their speed and height so far."""
 
     def __init__(self, stand_m: Array, frame_s: float) -> None:
-        """`stand_m`: heights of left ankle and toe, right ankle and toe where they stand, shape (4,)."""
+        """`stand_m`: standing heights of left ankle and toe, right ankle and toe, shape (4,)."""
         self._stand_m, self._frame_s = stand_m, frame_s
         self._smooth: Array | None = None
         self._velocity = np.zeros((4, 3))
@@ -97,7 +97,7 @@ class LiveStances:
 
 
 class LiveFeet:
-    """Places of standing feet: each keeps, for its whole stance, the place at which its target was first flat."""
+    """Positions of standing feet: each keeps the position at which its target was first flat for its whole stance."""
 
     def __init__(self, robot: Robot) -> None:
         self._local = [sole_of(robot, side) for side in (0, 1)]
@@ -107,8 +107,8 @@ class LiveFeet:
         """Return one frame's targets with its standing feet in place.
 
         Args:
-            targets: of one frame; changed.
-            hold: of the performer's ankles and toes, shape (4,).
+            targets: targets of one frame; modified.
+            hold: how much the performer's ankles and toes stand, shape (4,).
         """
         corners = corner_hold(hold[None])
         soles = targets.points_m[:, SOLES]
@@ -130,7 +130,8 @@ class Follower:
     """Follows a performer's motion frame by frame: stances, targets, and the robot's configuration."""
 
     def __init__(self, robot: Robot, frame_s: float, *, at_once: bool = True) -> None:
-        """`at_once`: the first frame jumps to the performer's pose; else the robot goes there from its stance."""
+        """`at_once`: True = the first frame jumps to the performer's pose, False = the robot moves there from its
+        stance."""
         self._robot, self._frame_s = robot, frame_s
         self._solver = LiveRobot(robot, frame_s, at_once=at_once)
         self._feet = LiveFeet(robot)
@@ -149,7 +150,7 @@ class Follower:
         return self._solver.follow(self._feet.plant(scaled(self._robot, frame), hold), pace)
 
     def hold(self) -> Array:
-        """Return the configuration for a frame in which nobody is to be followed: the robot comes to rest."""
+        """Return the configuration for a frame without a performer: the robot comes to rest."""
         self._stances, self._feet = None, LiveFeet(self._robot)
         return self._solver.stop()
 
@@ -160,7 +161,7 @@ def followed(
     """Return the configurations with which a robot follows a motion live, shape (frame_count, nq), and the time that
     each frame took by the clock `now_s` [s], shape (frame_count,).
 
-    Nothing that a frame needs comes after it, except lengths and heights of the performer's own body.
+    Frames use nothing from later ones, except lengths and heights of the performer's body.
     """
     follower = Follower(robot, motion.frame_s)
     out, took = np.empty((len(motion.time_s), robot.model.nq)), np.empty(len(motion.time_s))
@@ -175,7 +176,7 @@ class LiveRobot:
     """Follows targets frame by frame."""
 
     def __init__(self, robot: Robot, frame_s: float, *, at_once: bool = True) -> None:
-        """`at_once`: as of `Follower`."""
+        """`at_once`: as in `Follower`."""
         self._robot, self._frame_s, self._at_once = robot, frame_s, at_once
         model = robot.model
         self._configuration = mink.Configuration(model, robot.standing)
@@ -200,7 +201,7 @@ class LiveRobot:
         self._warm_up()
 
     def follow(self, targets: Targets, pace: float = 1.0) -> Array:
-        """Return the configuration for the targets of the next frame, shape (nq,); `pace`: as of `Follower`."""
+        """Return the configuration for the targets of the next frame, shape (nq,); `pace`: as in `Follower`."""
         self._task.set_targets(targets.points_m[0], 1.0 / targets.sigma_m[0, :, 0])
         if not self._started:
             self._started = True
@@ -213,7 +214,7 @@ class LiveRobot:
         return self._configuration.q.copy()
 
     def stop(self) -> Array:
-        """Return the configuration of the next frame without targets, shape (nq,): it comes to rest."""
+        """Return the configuration of the next frame without targets, shape (nq,): the robot comes to rest."""
         self._velocity *= STOP_SHARE
         if self._started:
             hinges = self._configuration.q[FREE:]
@@ -223,13 +224,13 @@ class LiveRobot:
         return self._configuration.q.copy()
 
     def _warm_up(self) -> None:
-        """Let everything that a first frame needs be made: at the stance, in which nothing moves."""
+        """Create everything that a first frame needs, by a step at the stance, which moves nothing."""
         self._task.set_targets(self._robot.at_rest_m, np.ones(len(self._robot.at_rest_m)))
         self._step(np.zeros_like(self._velocity), 1.0)
         self._configuration.update(self._robot.standing)
 
     def _stand_at(self, hips_m: Array, hips_wxyz: Array) -> None:
-        """Take the stance, with the hips at a place."""
+        """Take the stance, with the hips at the given position."""
         q = self._robot.standing
         rest = self._robot.at_rest_m[[INDEX["left_hip"], INDEX["right_hip"]]].mean(axis=0)
         q[:3] += hips_m - rest
@@ -237,7 +238,7 @@ class LiveRobot:
         self._configuration.update(q)
 
     def _jump(self) -> None:
-        """Go to the targets as far as a few steps do, whatever the limits of velocities."""
+        """Move to the targets as far as a few steps reach, ignoring velocity limits."""
         reach, self._reach = self._reach, np.where(self._reach > 0.0, FIRST_STEP_RAD, 0.0)
         stiffness, self._stiffness = self._stiffness, np.ones_like(self._stiffness)
         for _ in range(FIRST_ITERATIONS):
@@ -245,9 +246,10 @@ class LiveRobot:
         self._reach, self._stiffness = reach, stiffness
 
     def _step(self, expected: Array, pace: float, *, apart: bool = True) -> Array:
-        """Move by one step of mink's problem, near the expected one, at a share of the limits; return it.
+        """Move by one step of mink's problem and return it.
 
-        `apart`: parts are kept apart.
+        The step is drawn to `expected`; hinges use at most the share `pace` of their velocity limits. `apart`: parts
+        are kept apart.
         """
         problem = _build_ik(self._configuration, [self._task], 1.0, DAMPING, limits=[])
         hinges = self._configuration.q[FREE:]
@@ -270,7 +272,7 @@ class LiveRobot:
         return step
 
     def _keep_apart(self, H: Array, c: Array) -> None:
-        """Add the contacts at the configuration to the problem: parts that are too near are pushed apart."""
+        """Add the contacts at the configuration to the problem, which push apart parts that are too near."""
         data = self._configuration.data
         bodies, places, ways, distance = self._contacts.found(data)
         if not len(distance):

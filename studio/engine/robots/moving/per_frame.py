@@ -1,8 +1,8 @@
 """The usual way of retargeting, frame by frame, as a baseline: mink set up as General Motion Retargeting does.
 
-Two problems are solved for each frame, both from the frame before: first the turns of all parts with the places of
-pelvis and feet, then all places too. Costs, damping, iterations, velocity limit and solver are those of that
-program's configuration for the Unitree G1; the robot's points and axes are this studio's.
+Two problems are solved for each frame, starting from the frame before: first the rotations of all parts and the
+positions of pelvis and feet, then all positions too. Costs, damping, iterations, velocity limit and solver are those
+of that program's configuration for the Unitree G1; the robot's points and axes are this studio's.
 
 Source: Araujo, Ze, Xu, Wu, Liu, "Retargeting matters: general motion retargeting for humanoid motion tracking", 2025.
 """
@@ -27,11 +27,11 @@ DAMPING = 0.5
 LM_DAMPING = 1.0
 ITERATIONS = 10
 LEAST_GAIN = 0.001
-"""Both problems are iterated while the error falls by more than this, at most so often after the first step."""
+"""Each problem is iterated while its error falls by more than this, for at most `ITERATIONS` after the first step."""
 
 VELOCITY_RAD_S = 3.0 * np.pi
 
-# point: cost of place and turn, in the first and in the second problem
+# point: cost of position and rotation, in the first and in the second problem
 _COSTS = {
     "pelvis_up": ((100.0, 10.0), (100.0, 5.0)),
     "torso_front": ((0.0, 10.0), (0.0, 10.0)),
@@ -81,8 +81,8 @@ class PerFrame:
         """Return configurations, shape (frame_count, nq).
 
         Args:
-            targets: of the robot's points.
-            turns: of the body at each point, from the zero pose, robot's axes, shape (frame_count, 4).
+            targets: targets of the robot's points.
+            turns: rotation of the body at each point from the zero pose, robot's axes, shape (frame_count, 4).
             progress: receives the share done.
         """
         q = self._robot.standing
@@ -116,7 +116,7 @@ class PerFrame:
             before = after
 
     def _step(self, tasks: list[mink.FrameTask], error: float | None) -> float:
-        """The error after a step; without one given, only the error."""
+        """Take a step and return the error; with `error` None, only return the current error."""
         if error is not None:
             dt = self._robot.model.opt.timestep
             velocity = mink.solve_ik(self._configuration, tasks, dt, "daqp", DAMPING, limits=self._limits)
@@ -131,9 +131,9 @@ def _wxyz(matrix: Array) -> Array:
 
 
 def part_turns(robot: Robot, motion: Performed, targets: Targets) -> dict[str, Array]:
-    """Return the turn of the body at each point from the zero pose, robot's axes, wxyz, shape (frame_count, 4).
+    """Return the rotation of the body at each point from the zero pose, robot's axes, wxyz, shape (frame_count, 4).
 
-    A limb's part turns so that its bone has the performer's direction, and its knee or elbow the performer's axis.
+    The bone of a limb takes the performer's direction, and its knee or elbow the performer's axis.
     """
     out = {"pelvis_up": targets.hips_wxyz, "torso_front": targets.chest_wxyz}
     for k, (side, theirs) in enumerate(zip(SIDES, PERFORMER_SIDES, strict=True)):
@@ -158,7 +158,7 @@ def part_turns(robot: Robot, motion: Performed, targets: Targets) -> dict[str, A
 
 
 def _frames(bones: Array, axes: Array) -> Array:
-    """Rotations whose first column is along the bone, and whose second is nearest to the axis."""
+    """Return rotations with the first column along the bone and the second nearest to the axis."""
     x = bones / np.maximum(np.linalg.norm(bones, axis=1, keepdims=True), 1e-9)
     y = axes - (axes * x).sum(axis=1, keepdims=True) * x
     y /= np.maximum(np.linalg.norm(y, axis=1, keepdims=True), 1e-9)

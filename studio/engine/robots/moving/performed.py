@@ -1,4 +1,4 @@
-"""A performer's motion as a robot needs it: joints, turns of the parts, lengths, and stances over the floor."""
+"""A performer's motion as a robot needs it: joints, rotations of the parts, lengths, and stances on the floor."""
 
 from dataclasses import dataclass, replace
 
@@ -19,14 +19,14 @@ LIMBS = tuple(
 )
 FEET = tuple(f"{side}{part}" for side in SIDES for part in ("Foot", "ToeBase"))
 CHEST, HEAD = ("Spine2", "Spine1", "Spine", "Hips"), ("Head", "Neck", "Spine2", "Hips")
-"""Joints that show how chest and head are turned, the best one first."""
+"""Joints that give the rotation of chest and head, the best one first."""
 
 _TOE = np.array([0.0, -0.15, -0.06])
-"""A toe that the skeleton lacks, from the ankle in the T-pose [m]."""
+"""Offset from the ankle of a toe that the skeleton lacks, in the T-pose [m]."""
 
 LEAST_FRAMES = 4
 _LOW_PERCENT = 5.0
-"""Percentile of a joint's height that counts as standing where it never stands."""
+"""Percentile of a joint's height that replaces its standing height where it never stands."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Performed:
         frame_s: time between frames [s].
         at: joint -> positions [m], shape (frame_count, 3).
         turned: hips, chest, head, and each foot and hand -> rotations from the T-pose, wxyz, shape (frame_count, 4).
-        feet_rest: for each side the constant turn between a foot and a flat foot, wxyz, shape (2, 4).
+        feet_rest: for each side the constant rotation between a foot and a flat foot, wxyz, shape (2, 4).
         hold: 0 = free .. 1 = stands, of left ankle and toe, right ankle and toe, shape (frame_count, 4).
         stand_m: heights of those joints where they stand [m], shape (4,).
         lengths_m: thigh, shank, upper_arm, forearm, hip_width, trunk.
@@ -124,7 +124,7 @@ def _on_floor(poses: Poses, at: dict[str, Array], turned: dict[str, Array]) -> P
     stand = np.array(
         [np.median(feet[hold[:, k] == 1.0, k, 2]) if (hold[:, k] == 1.0).any() else low[k] for k in range(4)]
     )
-    # The floor is where the toes' joints stand, as low above it as a toe's joint is.
+    # The floor is one toe joint's height below the standing toe joints.
     floor = float(min(stand[1], stand[3])) - _toe_height(feet, stand)
     for places in at.values():
         places[:, 2] -= floor
@@ -143,7 +143,7 @@ def _on_floor(poses: Poses, at: dict[str, Array], turned: dict[str, Array]) -> P
 
 
 TOE_OF_FOOT = 0.16
-"""Height of a toe's joint over the sole, as a share of the way from ankle to toe."""
+"""Height of a toe's joint over the sole, as a share of the distance from ankle to toe."""
 
 
 def _toe_height(feet: Array, stand: Array) -> float:
@@ -152,7 +152,7 @@ def _toe_height(feet: Array, stand: Array) -> float:
 
 
 def _flat_turn(turns: Array, hold: Array) -> Array:
-    """Mean turn of a flat foot apart from its heading, wxyz, shape (4,)."""
+    """Inverse of the mean rotation of a flat foot without its heading, wxyz, shape (4,)."""
     flat = (hold == 1.0).all(axis=1)
     if not flat.any():
         return np.array([1.0, 0.0, 0.0, 0.0])

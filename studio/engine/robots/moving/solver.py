@@ -1,7 +1,7 @@
 """The least-squares problem of a robot that follows targets: rows, and their normal equations.
 
-Rows are distances of the robot's points from their targets, accelerations of its joints, and what must not be: angles
-beyond their limits, velocities beyond theirs, and overlap with the floor or itself.
+Rows are distances of the robot's points from their targets, accelerations of its joints, and violations: angles and
+velocities beyond their limits, and overlap with the floor or itself.
 """
 
 from dataclasses import dataclass
@@ -22,25 +22,25 @@ from studio.engine.whole_take.finish.trajectory import moved, steps
 Array = NDArray[np.float64]
 
 FIRM_ITERATION = 20
-"""First Gauss-Newton step in which parts are kept apart firmly."""
+"""First Gauss-Newton step with the final deviation of parts that are too near each other."""
 
 ACCELERATION = (6.0, 30.0, 35.0)
 """Standard deviation of accelerations: base [m/s2], base [rad/s2], joints [rad/s2]."""
 
 REST_RAD = 1.5
-"""Standard deviation of hinges from the relaxed stance [rad]; it decides what no point shows."""
+"""Standard deviation of hinges from the relaxed stance [rad]; it determines what no point constrains."""
 
 LIMIT_RAD = 0.001
 VELOCITY_SHARE = 0.95
-"""Deviation beyond a limit, and share of the velocity limit from which a solve keeps away."""
+"""Deviation beyond a limit, and share of the velocity limit that a solve uses as the limit."""
 
 FLOOR_M = 0.001
 APART_M, APART_SIGMA_M, APART_SOFT_M = 0.005, 0.002, 0.1
-"""Deviation of a sole below the floor; distance that parts keep from each other and from the floor, deviation below
-it, and the same in the first step."""
+"""Deviation of a sole below the floor; distance that parts keep from each other (0 from the floor), deviation below
+it, and that deviation in the first step."""
 
 TOUCH_SIGMA_M = 0.015
-"""Deviation of the distance between what touches."""
+"""Deviation of the vector between touching points."""
 
 _TOUCHING = np.array([[INDEX[first], INDEX[second]] for first, second in TOUCHING])
 _CORNERS = SOLES.ravel()
@@ -54,7 +54,7 @@ class Retargeting:
         balance: keep the centre of mass over the support while the performer stands.
         self_contact: keep parts of the robot apart.
         strength: keep torques within the limits that the model gives.
-        give_way: give way in pose where they cannot be kept otherwise.
+        give_way: change the pose where torques cannot be kept within limits otherwise.
     """
 
     balance: bool = False
@@ -93,7 +93,7 @@ class RobotSolver:
         return q
 
     def stepped(self, q: Array, targets: Targets, held: int, *, apart: float | None) -> Array:
-        """A window's configurations after one Gauss-Newton step; the first `held` stay."""
+        """Return a window's configurations after one Gauss-Newton step; the first `held` are fixed."""
         normal = self.normal(q, self.linearised(q, apart), targets, apart)
         return moved(q, np.clip(step_of(normal, np.arange(held)), -MAX_STEP, MAX_STEP))
 
@@ -109,9 +109,9 @@ class RobotSolver:
         Args:
             q: the configurations.
             at: the robot's points there.
-            targets: of its points.
+            targets: targets of its points.
             apart: deviation of parts that are too near each other [m]; None = they may overlap.
-            calm: how much more accelerations and the relaxed stance count than usual, shape (frame_count,).
+            calm: weight factor of accelerations and the relaxed stance, 1 = usual, shape (frame_count,).
         """
         calm = np.ones(len(q)) if calm is None else calm
         normal = _point_rows(at, targets)
@@ -161,7 +161,7 @@ class RobotSolver:
 
 
 def step_of(normal: NormalEquations, held: NDArray[np.int64]) -> Array:
-    """Solution of normal equations, shape (frame_count, nv); held frames stay."""
+    """Solution of normal equations, shape (frame_count, nv); 0 in held frames."""
     k = np.arange(normal.right.shape[1])
     normal.diagonal[held[:, None], k, k] += HELD
     normal.right[held] = 0.0
@@ -180,7 +180,7 @@ def _point_rows(at: Linearised, targets: Targets) -> BandedNormal:
 
 
 def _touch_rows(normal: BandedNormal, at: Linearised, targets: Targets) -> None:
-    """Keep what touches as near as on the performer."""
+    """Keep touching points as near to each other as on the performer."""
     jacobians = at.jacobians.reshape(len(at.points_m), -1, 3, at.jacobians.shape[2])
     for pair, (first, second) in enumerate(_TOUCHING):
         near = np.flatnonzero(targets.touching[:, pair] > 0.0)
@@ -203,30 +203,30 @@ def _floor_rows(normal: BandedNormal, at: Linearised) -> None:
 
 
 def apart_m(iteration: int) -> float:
-    """Deviation of parts that are too near each other [m]: it falls, so that a limb passes another on the way."""
+    """Deviation of parts that are too near each other [m]. It falls, so that limbs can pass each other at first."""
     share = min(iteration / FIRM_ITERATION, 1.0)
     return APART_SOFT_M ** (1.0 - share) * APART_SIGMA_M**share
 
 
 def overlap_m(contacts: ContactRows | None) -> float:
-    """How deep a part is in another one at most."""
+    """Largest depth of a part in another one [m]."""
     if contacts is None:
         return 0.0
     return float(np.max(-contacts.distance_m[~contacts.on_floor], initial=0.0))
 
 
 def contact_rows(normal: BandedNormal, contacts: ContactRows, sigma_m: float) -> None:
-    """Push parts apart that are too near; a step towards each other is damped where they are near."""
+    """Push apart parts that are too near; near parts are damped against steps towards each other."""
     wanted = np.where(contacts.on_floor, 0.0, APART_M)
     too_near = np.maximum(wanted - contacts.distance_m, 0.0)
     add_rows(normal, contacts.frames, contacts.rows / sigma_m, too_near / sigma_m)
 
 
 def within_velocity(angles: Array, reach: Array) -> Array:
-    """Return the angles, shape (frame_count, count), so that none changes by more than `reach` in a frame.
+    """Return the angles, shape (frame_count, count), limited so that none changes by more than `reach` in a frame.
 
-    The result is the middle between the lowest function above and the highest below that are that slow (McShane's
-    extensions): it is the same where the angles are slow enough, and within their range everywhere.
+    The result is the mean of the lowest function above and the highest below that keep to `reach` (McShane's
+    extensions). It equals the angles where they are slow enough, and stays within their range everywhere.
     """
     above, below = angles.copy(), angles.copy()
     for bound, nearer, sign in ((above, np.minimum, 1.0), (below, np.maximum, -1.0)):

@@ -13,10 +13,10 @@ from studio.engine.robots.moving.performed import CHEST, FEET, HEAD, LIMBS, Perf
 Array = NDArray[np.float64]
 
 MEASURED_EVERY = 30
-"""Frames after which the performer is measured again: lengths change where a solve does not fix them."""
+"""Frames between measurements of the performer: lengths change where a solve does not fix them."""
 
 JUMP_S = 0.3
-"""A pose later than this after the last one, or before it, begins a new motion."""
+"""Time after the last pose above which a new motion begins; so does a pose before the last one [s]."""
 
 _JOINTS = ("Hips", *LIMBS, "LeftToeBase", "RightToeBase")
 _FLAT = np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
@@ -26,7 +26,7 @@ class StageFollower:
     """A robot that follows single poses of the output skeleton, whose floor is at z = 0."""
 
     def __init__(self, robot: Robot, frame_s: float, *, at_once: bool = True) -> None:
-        """Args: `frame_s`: usual time between poses [s]; `at_once`: as of `Follower`."""
+        """Args: `frame_s`: usual time between poses [s]; `at_once`: as in `Follower`."""
         self._robot, self._frame_s, self._at_once = robot, frame_s, at_once
         self._follower = Follower(robot, frame_s, at_once=at_once)
         self._lengths: dict[str, float] = {}
@@ -47,8 +47,8 @@ class StageFollower:
         Args:
             positions_m: output joints, stage frame [m], shape (52, 3).
             rotations_wxyz: their world rotations, shape (52, 4).
-            root_height_m: of the hips in the T-pose, where known.
-            time_s: of the pose; after a jump of it, a robot that moves at once does.
+            root_height_m: height of the hips in the T-pose, where known.
+            time_s: time of the pose; after a jump, a robot with `at_once` jumps to the pose.
             pace: share of the velocity limits that the hinges may use.
         """
         jumped = self._last_s is not None and not -1e-6 <= time_s - self._last_s <= JUMP_S
@@ -61,7 +61,7 @@ class StageFollower:
         return self._follower.follow(self._frame(positions_m, rotations_wxyz, time_s), pace)
 
     def hold(self) -> Array:
-        """Return the configuration while nobody is to be followed, shape (nq,): the robot comes to rest."""
+        """Return the configuration while there is no performer, shape (nq,): the robot comes to rest."""
         return self._follower.hold()
 
     def _measure(self, positions: Array, rotations: Array, root_height_m: float | None) -> None:

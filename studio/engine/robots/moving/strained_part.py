@@ -1,9 +1,8 @@
 """A part of a robot's motion with torques beyond their limits, solved again until they are within.
 
-Rows of torques keep what is near its limit within it, and weigh more with each step. Where that is not enough, the
-motion gives way: its targets weigh less, accelerations and the relaxed stance more. What is left beyond is mended by
-the least change of the motion that brings it within. At last the targets weigh more again, as far as the torques stay
-within.
+Rows of torques keep torques near a limit within it, and weigh more with each step. Where that is not enough, the
+motion gives way: its targets weigh less, accelerations and the relaxed stance more. The least change of the motion
+then removes any remaining excess. Finally the targets weigh more again, as far as the torques stay within.
 """
 
 from collections.abc import Callable
@@ -34,65 +33,65 @@ from studio.engine.whole_take.physics.blocks import Blocks
 Array = NDArray[np.float64]
 
 STEP, STALE = 0.5, 6
-"""Share of each step towards targets that is gone, since forces of the floor jump from sole to sole; most of them
-without a better motion."""
+"""Share of each step towards targets that is taken, since forces of the floor jump from sole to sole; maximum number
+of steps without a better motion."""
 
 FIRMER_STEP, FIRMER, FIRMEST = 4, 1.3, 100.0
-"""First step before which rows of torques weigh more where they are beyond, by which factor, and at most."""
+"""First step before which rows of torques beyond limits gain weight, the factor per step, and the maximum weight."""
 
 GIVES_WAY, GIVES_MOST = 1.2, 100.0
-"""Factor by which the motion gives way more with each step near torques beyond limits, and at most."""
+"""Factor by which the motion gives way more with each step near torques beyond limits, and its maximum."""
 
 FALLS_SHARE, INSIDE_M, MASS_M, MASS_SIGMA_M = 3.0, 0.02, 0.1, 0.01
-"""Share of a torque's limit beyond which a robot that needs it would fall; how far inside the support its centre of
-mass is brought, the longest way of it that pulls, and its deviation."""
+"""Share of a torque's limit above which a robot would fall; how far inside the support its centre of mass is brought,
+the largest distance by which it is pulled, and its deviation."""
 
 STANDING_UP, STANDS_UP = 16, 1.5
-"""Most steps in which the centre of mass comes over the support, and how much more the motion gives way in each."""
+"""Maximum number of steps that bring the centre of mass over the support, and the factor of giving way per step."""
 
 MENDING, SHARES = 3, (1.0, 0.5, 0.2)
-"""Most steps that mend without a better motion, and shares of each that are gone, one after the other."""
+"""Maximum number of mending steps without a better motion, and the shares of a step that are tried in turn."""
 
 COMING_BACK, BACK, BACK_STEPS, EASED = 6, 0.7, 4, 1.3
-"""How often the targets weigh more again, the power by which each time, steps for each, and how far a motion may give
-way that is left so."""
+"""How often the targets regain weight, the exponent each time, the steps each time, and how far a motion may still
+give way."""
 
 ROUNDING = 1e-9
 
 FIRM = 0.3
-"""Deviations of standing soles here, as a share of the usual ones: what is too weak must not slide."""
+"""Deviations of standing soles here, as a share of the usual ones: a robot that is too weak must not slide."""
 
 SLIDES_M_S = 0.005
-"""Mean speed of standing corners that is allowed."""
+"""Allowed mean speed of standing corners."""
 
 NEAR_S, LEVEL_S = 0.15, 0.3
-"""Time around torques beyond limits in which the weights grow, and in which feet that bear alone stay level."""
+"""Time around torques beyond limits in which the weights grow, and in which single supporting feet stay level."""
 
 LEVEL_SIGMA_M = 0.002
-"""Deviation of heel from toe, in height, of a foot that bears alone."""
+"""Deviation in height between heel and toe of a single supporting foot."""
 
 ACTIVE_SETS = 5
-"""Most solutions of one step in which rows come in or go out."""
+"""Maximum number of solutions of one step, between which rows are added or removed."""
 
 HELD = 2
-"""Frames at either end of a part that stay."""
+"""Fixed frames at either end of a part."""
 
 ANCHOR_S, ANCHOR_RAD = 0.4, (1e-4, 3.0)
-"""Time beside them over which the motion comes free, and its deviation there, first and last [rad or m]."""
+"""Time next to them over which the motion is released, and its first and last deviation there [rad or m]."""
 
 
 @dataclass(frozen=True)
 class NearFrames:
-    """Spreads figures of inner frames over the time around them."""
+    """Spreads values of inner frames over the time around them."""
 
     frame_s: float
 
     def __call__(self, figures: Array | NDArray[np.bool_], around_s: float) -> Array:
-        """Return the largest figure around each frame, falling off over the same time, shape (frame_count,).
+        """Return the largest value around each frame, falling off over the same time, shape (frame_count,).
 
         Args:
-            figures: shape (frame_count - 2,).
-            around_s: time before and after each [s].
+            figures: the values, shape (frame_count - 2,).
+            around_s: time before and after each frame [s].
         """
         reach = max(round(around_s / self.frame_s), 1)
         all_frames = np.concatenate([figures[:1], figures, figures[-1:]]).astype(float)
@@ -101,15 +100,15 @@ class NearFrames:
 
 @dataclass(frozen=True)
 class _Seen:
-    """A motion as it was looked at.
+    """An evaluated motion.
 
     Attributes:
         q: reduced configurations, shape (frame_count, 7 + active).
-        at: the robot's points, contacts and centre of mass there.
-        strain: what it asks of the hinges.
+        at: the robot's points, contacts and centre of mass.
+        strain: the load of the hinges.
         most: the largest torque of inner frames, as a share of its limit, shape (frame_count - 2,).
-        beyond: sum of what is beyond limits.
-        overlap_m: how deep a part of the robot is in another one.
+        beyond: sum over frames of the share of `most` beyond 1.
+        overlap_m: largest depth of a part of the robot in another one.
         slide_m_s: mean speed of standing corners on the floor.
     """
 
@@ -127,8 +126,8 @@ class StrainedPart:
 
     Attributes:
         q: the best motion yet, shape (frame_count, 7 + active).
-        weight: of the rows of torques at the inner frames, shape (frame_count - 2,).
-        ease: how far the motion gives way, from 1 on, shape (frame_count,).
+        weight: weight of the torque rows at the inner frames, shape (frame_count - 2,).
+        ease: how far the motion gives way, 1 = not at all, shape (frame_count,).
     """
 
     def __init__(
@@ -144,7 +143,7 @@ class StrainedPart:
         ease: Array,
         apart_m: float | None,
     ) -> None:
-        """Args: `strain`: of reduced configurations. `held`: frames that stay. `apart_m`: as `RobotSolver.normal`."""
+        """Args: `strain`: of reduced configurations. `held`: fixed frames. `apart_m`: as `RobotSolver.normal`."""
         self._solver, self._strain, self._linear, self._targets = solver, strain, linear, targets
         self._held, self._apart_m = held, apart_m
         self.weight, self.ease = weight.copy(), ease.copy()
@@ -161,7 +160,7 @@ class StrainedPart:
         return self._best.q
 
     def stand_up(self) -> None:
-        """Bring the centre of mass over the soles where the robot would fall: torques tell no way back from there."""
+        """Bring the centre of mass over the soles where the robot would fall: torque rows show no way back there."""
         q, ease = self._best.q, self.ease.copy()
         falls = np.zeros(len(q), dtype=bool)
         for _ in range(STANDING_UP):
@@ -193,8 +192,8 @@ class StrainedPart:
         """Take steps towards the targets and the torques' limits.
 
         Args:
-            count: most steps.
-            gives_way: targets weigh less near torques that are beyond.
+            count: maximum number of steps.
+            gives_way: targets weigh less near torques beyond their limits.
         """
         seen, weight, ease, stale = self._best, self.weight, self.ease, 0
         for step in range(count):
@@ -212,8 +211,8 @@ class StrainedPart:
                 self._best, self.weight, self.ease, stale = seen, weight, ease, 0
 
     def mend(self) -> None:
-        """Bring torques within their limits by the least changes of the best motion: its targets weigh, but do not
-        pull."""
+        """Bring torques within their limits by the least changes of the best motion. Targets resist changes, but do
+        not pull."""
         for share in SHARES:
             seen, left = self._best, MENDING
             while left and self._best.beyond > 0.0:
@@ -223,7 +222,7 @@ class StrainedPart:
                     self._best, left = seen, MENDING
 
     def _mended(self, seen: _Seen, share: float) -> _Seen:
-        """A motion after a share of the least step that brings torques within their limits."""
+        """The motion after a share of the least step that brings torques within their limits."""
         normal = self._normal(seen, self.ease, pulls=False)
         _anchor_rows(normal, np.zeros_like(normal.right), self._anchor)
         ahead = self._ahead(seen, normal, np.full_like(self.weight, FIRMEST))
@@ -258,32 +257,32 @@ class StrainedPart:
         return float(np.linalg.norm(ways, axis=1).mean()) / self._targets.frame_s
 
     def _better(self, seen: _Seen) -> bool:
-        """Whether less is beyond than in the best motion."""
+        """Whether the excess of torques is smaller than in the best motion, and the motion is allowed."""
         return seen.beyond < self._best.beyond and self._allowed(seen)
 
     def _allowed(self, seen: _Seen) -> bool:
-        """Whether parts overlap, and standing feet slide, no more than before or than a little."""
+        """Whether parts overlap and standing feet slide no more than before, or only a little."""
         return seen.overlap_m <= self._deepest and seen.slide_m_s <= self._fastest
 
     def _nearer(self, seen: _Seen, weight: Array, ease: Array) -> _Seen:
-        """A motion after a step towards the targets and the torques' limits."""
+        """The motion after a step towards the targets and the torques' limits."""
         normal = self._normal(seen, ease)
         _level_rows(normal, seen.at, self._level)
         _anchor_rows(normal, steps_between(seen.q, self._before), self._anchor)
         return self._seen(moved(seen.q, STEP * self._ahead(seen, normal, weight)))
 
     def _normal(self, seen: _Seen, ease: Array, *, pulls: bool = True) -> BandedNormal:
-        """The normal equations of a motion that gives way; `pulls`: what weighs also pulls, besides the floor."""
+        """The normal equations of a motion that gives way; `pulls`: False = only the floor pulls."""
         normal = self._solver.normal(seen.q, seen.at, _eased(self._targets, ease), self._apart_m, ease)
         if not pulls:
             normal.right[:] = 0.0
-        if seen.at.contacts is not None:  # what is weak must not lean on the floor
+        if seen.at.contacts is not None:  # a weak robot must not lean on the floor
             contact_rows(normal, seen.at.contacts.part(seen.at.contacts.on_floor), FLOOR_M)
         return normal
 
     def _ahead(self, seen: _Seen, normal: BandedNormal, weight: Array) -> Array:
-        """The step of normal equations with rows of torques; none where limits are far below what the robot's parts
-        weigh."""
+        """The step of normal equations with rows of torques; 0 where limits are far below the weight of the robot's
+        parts."""
         try:
             ahead = _within(Blocks.of(normal), self._linear.rows(seen.strain), weight, self._held)
         except np.linalg.LinAlgError:
@@ -292,7 +291,7 @@ class StrainedPart:
 
 
 def _within(blocks: Blocks, rows: TorqueRows, weight: Array, held: NDArray[np.int64]) -> Array:
-    """The step of normal equations, with the rows that would be beyond after it."""
+    """The step of normal equations with the rows of torques that would be beyond their limits after it."""
 
     def solved(sides: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
         whole = Blocks(blocks.diagonal.copy(), blocks.next.copy(), blocks.second.copy(), blocks.right.copy())
@@ -311,14 +310,14 @@ def _within(blocks: Blocks, rows: TorqueRows, weight: Array, held: NDArray[np.in
 
 
 def _eased(targets: Targets, ease: Array) -> Targets:
-    """Targets that weigh less, but those of standing feet, which weigh more."""
+    """Targets that weigh less, except those of standing feet, which weigh more."""
     stands = targets.sigma_m <= 2.0 * STANDS_SIGMA_M
     sigma = targets.sigma_m * np.where(stands, FIRM, np.sqrt(ease)[:, None, None])
     return replace(targets, sigma_m=sigma, touching=targets.touching / ease[:, None])
 
 
 def _anchor(frames: int, held: NDArray[np.int64], frame_s: float) -> Array:
-    """How stiffly frames are where they were, shape (frame_count,)."""
+    """Stiffness with which frames keep their configuration, shape (frame_count,)."""
     if not len(held):
         return np.zeros(frames)
     share = np.abs(np.arange(frames)[:, None] - held).min(axis=1) * frame_s / ANCHOR_S
@@ -327,15 +326,15 @@ def _anchor(frames: int, held: NDArray[np.int64], frame_s: float) -> Array:
 
 
 def _anchor_rows(normal: BandedNormal, way: Array, stiffness: Array) -> None:
-    """Pull configurations along a way, shape (frame_count, nv)."""
+    """Pull configurations along a step, shape (frame_count, nv)."""
     k = np.arange(way.shape[1])
     normal.diagonal[:, k, k] += stiffness[:, None]
     normal.right[:] += stiffness[:, None] * way
 
 
 def _level_rows(normal: BandedNormal, at: Linearised, level: Array) -> None:
-    """Keep a foot level that bears while the other one is not flat on the floor: a foot that bears on its toes alone
-    puts the whole weight on the ankle's longest lever."""
+    """Keep a supporting foot level while the other one is not flat on the floor: support on the toes alone puts the
+    whole weight on the ankle's longest lever."""
     height = at.points_m[:, SOLES, 2].reshape(-1, 2, 2, 2)  # of feet, heel and toe, inner and outer corner
     low, which = height.min(axis=3), height.argmin(axis=3)
     flat, bears = low.max(axis=2) < BEARS_M, low.min(axis=2) < BEARS_M + LEVEL_SIGMA_M

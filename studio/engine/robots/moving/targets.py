@@ -1,7 +1,7 @@
-"""Where a robot's points shall be: a performer's motion, scaled part by part.
+"""Targets of a robot's points: a performer's motion, scaled part by part.
 
-The path and the legs are scaled by the ratio of leg lengths, the trunk and the arms by their own. Feet keep the
-robot's own width beside the scaled path. A standing foot has one place and one heading for its whole stance.
+The path and the legs are scaled by the ratio of leg lengths, the trunk and the arms by their own ratios. Feet keep
+the robot's own width about the scaled path. A standing foot has one position and heading for its whole stance.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -20,19 +20,19 @@ from studio.engine.whole_take.finish.contact.places import places_of
 Array = NDArray[np.float64]
 
 TO_STAGE = np.array([np.sqrt(0.5), 0.0, 0.0, -np.sqrt(0.5)])
-"""Turn from a robot's axes (x ahead, y left) to a performer's in the T-pose (-y ahead, x left), wxyz."""
+"""Rotation from a robot's axes (x ahead, y left) to a performer's in the T-pose (-y ahead, x left), wxyz."""
 
 SINK = 0.01
-"""The hips are lowered by this share of the leg, so that straight legs are not at the end of their reach."""
+"""Share of the leg by which the hips are lowered, so that straight legs are not at the end of their reach."""
 
 TURN_M = 0.15
-"""A stance's heading counts as a place at this distance [m/rad]."""
+"""Distance that equals one radian of a stance's heading [m/rad]."""
 
 CHANGE_M2_S = 4e-3
 """Cost of a change of place in a stance (`places`)."""
 
 TOUCH_M = (0.10, 0.25)
-"""A hand is as near to what it touches as the performer's below the first distance, and free above the second."""
+"""A hand keeps the performer's distance to what it touches below the first distance, and is free above the second."""
 
 TOUCHING = (
     ("left_hand", "right_hand"),
@@ -43,7 +43,7 @@ TOUCHING = (
     ),
     *((f"{one}_hand", f"{other}_knee") for one in SIDES for other in SIDES),
 )
-"""What a hand may touch on the own body: points of a robot."""
+"""Pairs of a hand and a point of the robot's own body that it may touch."""
 
 _JOINTS = {"hand": "Hand", "elbow": "ForeArm", "shoulder": "Arm", "knee": "Leg"}
 
@@ -54,10 +54,10 @@ SIGMA_M = {
     "pelvis_up": 0.06, "torso_front": 0.05, "head_front": 0.08, "hip": 0.03, "knee": 0.04, "shoulder": 0.03,
     "ankle": np.inf, "elbow": 0.03, "hand": 0.02, "thumb": 0.08, "corner": 0.02,
 }  # fmt: skip
-"""Standard deviation of a robot's points from their targets [m]; infinite = only a figure is made of it."""
+"""Standard deviation of a robot's points from their targets [m]; infinite = only measured for the figures."""
 
 STANDS_SIGMA_M = np.array([0.0004, 0.0004, 0.001])
-"""Of the corners of a standing sole, along x, y and z: a foot that cannot be flat tips rather than slides."""
+"""The same for corners of a standing sole, along x, y and z: a foot that cannot be flat tips rather than slides."""
 
 SOLES = np.array([[INDEX[f"{side}_{corner}"] for corner in CORNERS] for side in SIDES])
 """Corners of the soles among a robot's points, shape (2, 4)."""
@@ -65,7 +65,7 @@ SOLES = np.array([[INDEX[f"{side}_{corner}"] for corner in CORNERS] for side in 
 KEY_POINTS = tuple(
     f"{side}_{part}" for side in SIDES for part in ("knee", "ankle", "shoulder", "elbow", "hand")
 )
-"""Points whose distance from their targets is a figure."""
+"""Points whose distance from their targets is reported as a figure."""
 
 _HIPS, _KNEES, _ANKLES, _SHOULDERS, _ELBOWS, _HANDS, _THUMBS = (
     [INDEX[f"{side}_{part}"] for side in SIDES]
@@ -75,10 +75,10 @@ _OF_HIPS = [*_HIPS, INDEX["pelvis_up"]]
 _OF_CHEST = [*_SHOULDERS, INDEX["torso_front"], INDEX["head_front"]]
 _LEFT, _AHEAD = np.array([[0.0, 1.0, 0.0]]), np.array([0.2, 0.0, 0.0])
 _THUMB_WAYS = np.array([[0.0, -1.0, 0.0]] * 2)
-"""Left of the hips, the lever of the head, and ways of thumbs in the T-pose."""
+"""The hips' left, the lever of the head, and directions of the thumbs in the T-pose."""
 
 _WHOSE = [0] * 4 + [1] * 4 + [2] + [5, 6] + [3] * 4 + [4] * 4
-"""Which turn each of `_turned_ways` has: of hips, chest, head, feet, hands."""
+"""Index of the rotation of each vector of `_turned_ways`, in the order hips, chest, head, feet, hands."""
 
 _BONES = (
     ("UpLeg", "Leg", "thigh"),
@@ -97,11 +97,11 @@ class Targets:
         points_m: shape (frame_count, point_count, 3).
         sigma_m: standard deviation of each coordinate, shape (frame_count, point_count, 3).
         hold: how much each corner of the soles stands, 0..1, shape (frame_count, 2, 4).
-        hips_wxyz, chest_wxyz: turns of pelvis and torso from the zero pose, robot's axes, shape (frame_count, 4).
-        feet_wxyz: of the feet, shape (frame_count, 2, 4).
-        touch_m: wanted way from the second of each pair of `TOUCHING` to the first [m], shape (frame_count,
+        hips_wxyz, chest_wxyz: rotations of pelvis and torso from the zero pose, robot's axes, shape (frame_count, 4).
+        feet_wxyz: the same for the feet, shape (frame_count, 2, 4).
+        touch_m: target vector from the second of each pair of `TOUCHING` to the first [m], shape (frame_count,
             pair_count, 3).
-        touching: how much that counts, 0..1, shape (frame_count, pair_count).
+        touching: weight of that vector, 0..1, shape (frame_count, pair_count).
     """
 
     frame_s: float
@@ -129,7 +129,7 @@ class Targets:
 
 
 def targets_of(robot: Robot, motion: Performed) -> Targets:
-    """Return where a robot's points shall be in each frame of a performer's motion, its standing feet in place."""
+    """Return the targets of a robot's points in each frame of a performer's motion, with standing feet in place."""
     targets = scaled(robot, motion)
     hold = corner_hold(motion.hold)
     soles = targets.points_m[:, SOLES]
@@ -141,7 +141,7 @@ def targets_of(robot: Robot, motion: Performed) -> Targets:
 
 
 def _arm_ratio(robot: Robot, motion: Performed) -> float:
-    """Length of the robot's arms by the performer's."""
+    """Return the ratio of the robot's arm length to the performer's."""
     own, theirs = (
         sum(of[part] for part in ("upper_arm", "forearm")) for of in (robot.lengths_m, motion.lengths_m)
     )
@@ -149,8 +149,7 @@ def _arm_ratio(robot: Robot, motion: Performed) -> float:
 
 
 def scaled(robot: Robot, motion: Performed) -> Targets:
-    """Return where a robot's points would be in each frame of a performer's motion if no foot stood, and
-    nothing touched."""
+    """Return the targets of a robot's points in each frame of a performer's motion, without stances and touches."""
     ratio = robot.leg_m / motion.leg_m
     frames = len(motion.time_s)
     turns = _turns(motion)
@@ -187,7 +186,7 @@ def scaled(robot: Robot, motion: Performed) -> Targets:
 
 
 def _turns(motion: Performed) -> Array:
-    """Turns of hips, chest, head, left and right foot from a robot's zero pose, wxyz, shape (frame_count, 5, 4)."""
+    """Rotations of hips, chest, head and both feet from a robot's zero pose, wxyz, shape (frame_count, 5, 4)."""
     feet = [motion.turned[f"{theirs}Foot"] for theirs in PERFORMER_SIDES]
     turns = np.stack([*(motion.turned[part] for part in ("Hips", "Chest", "Head")), *feet], axis=1)
     turns[:, 3:] = multiply(turns[:, 3:], motion.feet_rest)
@@ -195,9 +194,9 @@ def _turns(motion: Performed) -> Array:
 
 
 def _turned_ways(robot: Robot, motion: Performed, turns: Array) -> Array:
-    """Ways on a robot's parts, turned as the performer's parts are [m], shape (frame_count, 19, 3): from the hips'
+    """Vectors on a robot's parts, rotated like the performer's parts [m], shape (frame_count, 19, 3): from the hips'
     middle to `_OF_HIPS`, the hips' left, from the shoulders' middle to `_OF_CHEST`, the head's lever, the thumbs'
-    levers, and from the ankles to the corners of the soles. All at once, because a live frame's arrays are small."""
+    levers, and from the ankles to the corners of the soles. One call for all, as a live frame's arrays are small."""
     rest = robot.at_rest_m
     hips, shoulders = _middles(robot)
     of_chest = rest[_OF_CHEST]
@@ -217,7 +216,7 @@ def _middles(robot: Robot) -> tuple[Array, Array]:
 
 
 def _directions(ways: Array, length_m: Array | float) -> Array:
-    """Ways, shape (..., 3), of given lengths in the directions of others."""
+    """Vectors of given lengths in the directions of `ways`, shape (..., 3)."""
     return ways * (length_m / np.maximum(np.linalg.norm(ways, axis=-1, keepdims=True), 1e-9))
 
 
@@ -247,18 +246,18 @@ def _ankles(robot: Robot, motion: Performed, left: Array, ratio: float) -> Array
 
 
 def corner_hold(hold: Array) -> Array:
-    """Return how much each corner of the soles stands: heels as the performer's ankle, toes as the toe."""
+    """Return how much each corner of the soles stands: the heel's as the performer's ankle, the toes' as the toe."""
     heels, toes = hold[:, [0, 2], None], hold[:, [1, 3], None]
     return np.concatenate([heels, heels, toes, toes], axis=2)
 
 
 def _plant(robot: Robot, frame_s: float, soles: Array, seen: Array, hold: Array, rows: slice) -> None:
-    """Put the corners of standing soles, in place, at one place on the floor for each stance that begins in the rows.
+    """Place standing soles, in place, at one position on the floor for each stance that begins in the rows.
 
     Args:
         soles: corners, shape (frame_count, 2, 4, 3).
-        seen: the same of the feet that show where they stand, in the rows, shape (row_count, 2, 4, 3).
-        hold: of the corners, shape (frame_count, 2, 4).
+        seen: corners in the rows from which the position of a stance is taken, shape (row_count, 2, 4, 3).
+        hold: how much the corners stand, shape (frame_count, 2, 4).
     """
     low, high = rows.start, rows.stop
     for k in range(2):
@@ -279,13 +278,13 @@ def _plant(robot: Robot, frame_s: float, soles: Array, seen: Array, hold: Array,
 
 
 def replanted(robot: Robot, targets: Targets, points_m: Array, rows: slice) -> Targets:
-    """Return the targets with every stance that begins in the rows at the place where the robot's foot is, and every
-    standing sole in the rows as tilted as it is, its lowest corner on the floor.
+    """Return the targets with each stance that begins in the rows moved to where the robot's foot is, and each
+    standing sole in the rows tilted as the robot's, its lowest corner on the floor.
 
-    A robot may not reach all places at once, or be flat there: its legs are less free than the performer's.
+    A robot may not reach all positions at once, or be flat there: its legs are less free than the performer's.
 
     Args:
-        points_m: of the robot in the rows, shape (row_count, point_count, 3).
+        points_m: the robot's points in the rows, shape (row_count, point_count, 3).
     """
     points = targets.points_m.copy()
     soles = points[:, SOLES]
@@ -299,18 +298,18 @@ def replanted(robot: Robot, targets: Targets, points_m: Array, rows: slice) -> T
 
 
 def tilt_heights(soles: Array, hold: Array) -> Array:
-    """Return how high corners of soles are over the lower one of their heel or toe, as much as they stand [m].
+    """Return heights of sole corners over the lower corner of their heel or toe, times how much they stand [m].
 
     Args:
         soles: corners, shape (frame_count, 2, 4, 3).
-        hold: of the corners, shape (frame_count, 2, 4).
+        hold: how much the corners stand, shape (frame_count, 2, 4).
     """
     edges = soles[..., 2].reshape(-1, 2, 2, 2)
     return hold * (edges - edges.min(axis=3, keepdims=True)).reshape(hold.shape)
 
 
 def _of_sure(path: Array, sure: NDArray[np.bool_]) -> Array:
-    """The path with frames that are not sure like the nearest that is."""
+    """Return the path with each unsure frame replaced by the nearest sure one."""
     known = np.flatnonzero(sure)
     if not len(known):
         return path
@@ -328,7 +327,7 @@ def flat_pose(local: Array, corners: Array, by_toe: NDArray[np.bool_]) -> tuple[
     Args:
         local: `sole_of` the foot.
         corners: of its sole, shape (frame_count, 4, 3).
-        by_toe: whether the toe's edge stays when the foot becomes flat, else the heel's, shape (frame_count,).
+        by_toe: True = the toe's edge stays when the foot becomes flat, False = the heel's, shape (frame_count,).
     """
     ahead = (corners[:, 2:] - corners[:, :2]).sum(axis=1)
     heading = np.arctan2(ahead[:, 1], ahead[:, 0])
@@ -346,19 +345,19 @@ def flat_sole(local: Array, ankle_m: Array, heading: Array) -> Array:
 
 
 def _turned(yaw: Array, local: Array) -> Array:
-    """Vectors on the floor, shape (1 or frame_count, count, 2), turned by headings, shape (frame_count,)."""
+    """Return vectors on the floor, shape (1 or frame_count, count, 2), rotated by headings, shape (frame_count,)."""
     c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     return np.stack([c * local[..., 0] - s * local[..., 1], s * local[..., 0] + c * local[..., 1]], axis=-1)
 
 
 def _touches(motion: Performed, ratio: float) -> tuple[Array, Array]:
-    """The ways between what touches on the performer's body, at the robot's size, and how much each counts."""
+    """Return the vectors between touching points of the performer, at the robot's size, and the weight of each."""
     ways = np.stack([_joint(motion, first) - _joint(motion, second) for first, second in TOUCHING], axis=1)
     return ratio * ways, _nearness(np.linalg.norm(ways, axis=2))
 
 
 def _hands_on_floor(motion: Performed, ratio: float, points: Array, sigma: Array) -> None:
-    """Bring hands to the floor, in place, where the performer's are on it."""
+    """Bring hands to the floor, in place, where the performer's hands are on it."""
     height = np.stack([motion.at[f"{theirs}Hand"][:, 2] for theirs in PERFORMER_SIDES], axis=1)
     near = _nearness(np.maximum(height, 0.0))
     points[:, _HANDS, 2] += near * (ratio * height - points[:, _HANDS, 2])
@@ -366,20 +365,20 @@ def _hands_on_floor(motion: Performed, ratio: float, points: Array, sigma: Array
 
 
 def _joint(motion: Performed, point: str) -> Array:
-    """Where the performer has a point of a robot [m], shape (frame_count, 3)."""
+    """Return the performer's joint at a point of a robot [m], shape (frame_count, 3)."""
     side, part = point.split("_")
     return motion.at[PERFORMER_SIDES[SIDES.index(side)] + _JOINTS[part]]
 
 
 def _nearness(distance_m: Array) -> Array:
-    """1 where something touches .. 0 where it is free, smooth between."""
+    """Return 1 for touching .. 0 for free, smooth in between."""
     near, far = TOUCH_M
     t = np.clip((distance_m - far) / (near - far), 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t)
 
 
 def sole_sigma_m(hold: Array) -> Array:
-    """Return the standard deviation of corners from their targets by how much they stand [m], shape (..., 3)."""
+    """Return the standard deviation of corners from their targets for how much they stand [m], shape (..., 3)."""
     loose = SIGMA_M["corner"]
     return loose * (STANDS_SIGMA_M / loose) ** hold[..., None]
 

@@ -1,9 +1,9 @@
 """Torques of a robot as rows of a least-squares problem: how they change with its motion.
 
-A torque depends on three successive frames: on the pose, the velocity and the acceleration of the middle one. The
-forces of the floor follow. Derivatives are those of two choices of these forces: of the ones that explain the motion
-best within friction cones, which give the torques that are judged, and of ones that may also pull, which tell what
-a pose needs whose centre of pressure would be outside the soles.
+A torque depends on three successive frames: on the pose, velocity and acceleration of the middle one. The forces of
+the floor follow from these. Derivatives are taken for two choices of the forces. Those that best explain the motion
+within friction cones give the torques that are judged. Those that may also pull give the torques that a pose needs
+if its centre of pressure is outside the soles.
 """
 
 from dataclasses import dataclass
@@ -25,16 +25,16 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 NEAR_SHARE = 0.5
-"""A torque above this share of its limit is a row: a step must not bring it beyond."""
+"""Share of its limit above which a torque becomes a row, so that no step brings it beyond the limit."""
 
 SIGMA_SHARE = 0.1
 """Standard deviation of a torque beyond `KEPT_SHARE`, as a share of its limit."""
 
 ACROSS = 2.0 * KEPT_SHARE / SIGMA_SHARE
-"""Deviations from where a torque is kept on one side to the same on the other."""
+"""Distance between the kept torques of both signs, in deviations."""
 
 EPSILON = 1e-6
-"""Step of the finite differences [rad or m], and least eigenvalue of what forces can do."""
+"""Step of the finite differences [rad or m], and least eigenvalue of the effects of forces."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class TorqueRows:
     """Torques near their limits or beyond, as rows over three successive frames.
 
     Attributes:
-        frames: the first of the three, shape (count,).
+        frames: the first of the three frames, shape (count,).
         rows: derivative of the torque by each reduced degree of freedom, in deviations, shape (count, 3, nv).
         beyond: torque beyond `KEPT_SHARE` of its limit, in deviations; negative = within, shape (count,).
     """
@@ -69,19 +69,19 @@ class TorqueRows:
             blocks.second[k] += before.T @ after
 
     def sides_after(self, step: Array) -> Indices:
-        """On which side each is beyond after a step: 1 = where it is now, -1 = on the other one, 0 = within."""
+        """Return the side on which each is beyond after a step: 1 = the present one, -1 = the other, 0 = within."""
         after = self.after(step)
         return np.where(after > 0.0, 1, np.where(after < -ACROSS, -1, 0))
 
     def after(self, step: Array) -> Array:
-        """What is beyond after a step, shape (frame_count, nv), if all was linear."""
+        """Return how far each is beyond after a step, shape (frame_count, nv), in the linear approximation."""
         three = np.stack([step[self.frames + k] for k in range(3)], axis=1)
         return self.beyond + np.einsum("fkn,fkn->f", self.rows, three)
 
 
 @dataclass(frozen=True)
 class _Moment:
-    """A frame's configuration, velocity and acceleration, the corners that bear, and how firmly all do."""
+    """A frame's configuration, velocity and acceleration, the bearing corners, and how firmly each corner bears."""
 
     q: Array
     velocity: Array
@@ -92,8 +92,8 @@ class _Moment:
 
 @dataclass(frozen=True)
 class _Choice:
-    """Edges of the friction cones that forces use: which of the bearing corners, and directions, shape (count, 3);
-    None = any force."""
+    """Edges of friction cones that forces use: indices of bearing corners (None = any force), and directions, shape
+    (count, 3)."""
 
     corners: Indices | None
     ways: Array
@@ -130,7 +130,7 @@ class LinearTorques:
         return TorqueRows(np.concatenate(frames), np.concatenate(rows), np.concatenate(beyond))
 
     def _of(self, hinges: Indices, swept: "_Swept", choice: _Choice) -> tuple[Array, Array]:
-        """Rows of a moment's torques, and how far they are beyond, in deviations."""
+        """Rows of a moment's torques, and how far these are beyond `KEPT_SHARE` of their limits, in deviations."""
         limit = self._limit[hinges]
         torque, pose, turn, push = swept.derivatives(FREE_DOFS + hinges, self._dofs, choice)
         scale = SIGMA_SHARE * limit
@@ -139,7 +139,7 @@ class LinearTorques:
         return (np.sign(torque) / scale)[:, None, None] * rows, (np.abs(torque) - KEPT_SHARE * limit) / scale
 
     def _swept(self, moment: _Moment) -> "_Swept":
-        """What acts at a moment, and a little beside it in each degree of freedom."""
+        """Forces at a moment, and after a small step in each degree of freedom."""
         model, data, nv = self._robot.model, self._data, self._robot.model.nv
         count = 1 + len(self._dofs)
         configurations = np.tile(moment.q, (count, 1))
@@ -176,14 +176,14 @@ class LinearTorques:
 
 @dataclass(frozen=True)
 class _Swept:
-    """Generalised forces without the floor's, at a moment and a step beside it in each of n degrees of freedom.
+    """Generalised forces without the floor's, at a moment and after a step in each of n degrees of freedom.
 
     Attributes:
-        force: at the moment, and beside it in pose, shape (1 + n, nv).
-        ways: Jacobians of the corners that bear, there, times how firmly, shape (1 + n, corner_count, 3, nv).
-        centre: centre of mass from the base, there [m], shape (1 + n, 3).
-        own: the base's axes, there, shape (1 + n, 3, 3).
-        fast: forces beside the moment in velocity, shape (n, nv).
+        force: at the moment, and after each step of the pose, shape (1 + n, nv).
+        ways: Jacobians of the bearing corners, times how firmly they bear, shape (1 + n, corner_count, 3, nv).
+        centre: centre of mass from the base [m], shape (1 + n, 3).
+        own: the base's axes, shape (1 + n, 3, 3).
+        fast: forces after each step of the velocity, shape (n, nv).
         inertia: shape (nv, nv).
     """
 
@@ -208,7 +208,7 @@ class _Swept:
 
 
 def _choices(forces: ContactForces, k: int, bearing: Indices) -> tuple[_Choice, ...]:
-    """The choices of the floor's forces at an inner frame; one in the air."""
+    """The choices of the floor's forces at an inner frame; a single one in the air."""
     free = _Choice(None, np.zeros((0, 3)))
     if not len(bearing):
         return (free,)
@@ -217,15 +217,15 @@ def _choices(forces: ContactForces, k: int, bearing: Indices) -> tuple[_Choice, 
 
 
 def _shares_of_base(ways: Array, centre: Array, own: Array, hinges: Indices, choice: _Choice) -> Array:
-    """Torques at hinges of the forces that answer for a force and moment at the base, by those, shape (count,
-    hinge_count, 6).
+    """Derivative of hinge torques by the force and moment at the base, through the floor's forces that balance them,
+    shape (count, hinge_count, 6).
 
     Args:
-        ways: Jacobians of the corners that bear, times how firmly, shape (count, corner_count, 3, nv).
+        ways: Jacobians of the bearing corners, times how firmly they bear, shape (count, corner_count, 3, nv).
         centre: centre of mass from the base [m], shape (count, 3).
         own: the base's axes, shape (count, 3, 3).
         hinges: degrees of freedom.
-        choice: of forces.
+        choice: the choice of forces.
     """
     count, nv = len(ways), ways.shape[3]
     if choice.corners is None:

@@ -1,4 +1,4 @@
-"""Torques that a robot's motion takes: inverse dynamics, with the forces of the floor under its soles.
+"""Torques that a robot's motion needs: inverse dynamics, with the forces of the floor under its soles.
 
 The forces are those that best explain the motion, within friction cones (`whole_take.physics.forces`).
 """
@@ -19,14 +19,14 @@ from studio.engine.whole_take.physics.torques import InverseDynamics
 Array = NDArray[np.float64]
 
 BEARS_M, SOFT_M, SOFTEST = 0.02, 0.005, 1e-4
-"""A corner of a sole that is lower bears. Around this height it bears the less firmly the higher it is, down to the
-least: forces pass from corner to corner over some height, as under a sole that gives, not from frame to frame."""
+"""Height of a sole's corner below which it bears, half the height over which its firmness falls, and the least
+firmness. So forces pass from corner to corner gradually, as under a soft sole, not from frame to frame."""
 
 LEAST = 1e-6
-"""Least eigenvalue of what forces can do."""
+"""Least eigenvalue of the effects of forces."""
 
 KEPT_SHARE = 0.9
-"""Share of a limit from which a solve keeps away."""
+"""Share of a limit that a solve uses as the limit."""
 
 
 def firmness(height_m: Array) -> Array:
@@ -37,16 +37,16 @@ def firmness(height_m: Array) -> Array:
 
 @dataclass(frozen=True)
 class Strain:
-    """What a motion asks of a robot's hinges at its inner frames.
+    """Load of a robot's hinges at the inner frames of a motion.
 
     Attributes:
         q: the whole configurations, shape (frame_count, nq).
         soles_m: corners of the soles, shape (frame_count, 8, 3).
         firm: how firmly corners of the soles bear, 0..1, shape (frame_count - 2, 8).
         forces: of the floor.
-        shares: torques as shares of their limits, 0 where none is given, shape (frame_count - 2, hinge_count).
-        needed: the same under forces of the floor that may also pull: beyond a limit where the centre of pressure is
-            beyond the sole.
+        shares: torques as shares of their limits, 0 without a limit, shape (frame_count - 2, hinge_count).
+        needed: the same with forces of the floor that may also pull; above 1 where the centre of pressure is outside
+            the sole.
     """
 
     q: Array
@@ -71,7 +71,7 @@ class RobotTorques:
         """Whether any hinge has a limit."""
 
     def strain(self, q: Array) -> Strain:
-        """Return what whole configurations, shape (frame_count, nq), ask of the hinges."""
+        """Return the load of the hinges in whole configurations, shape (frame_count, nq)."""
         motion = dynamics(self._robot, q, self._frame_s, self._points)
         firm = firmness(motion.points[1:-1, :, 2])
         forces = contact_forces(motion, firm, shared=True)

@@ -1,8 +1,8 @@
 """Retargeting of a whole take: all frames of a robot's motion at once.
 
 Minimises, over all frames, the distances of the robot's points from their targets, the accelerations of its joints,
-and what must not be (`solver`). The method is finishing's (`whole_take.finish.smoother`): Gauss-Newton on a banded
-problem. What asks too much torque gives way afterwards (`giving_way`).
+and violations of limits (`solver`). The method is that of `whole_take.finish.smoother`: Gauss-Newton on a banded
+problem. Parts that need too much torque give way afterwards (`giving_way`).
 """
 
 from collections.abc import Callable
@@ -20,8 +20,8 @@ from studio.engine.robots.moving.targets import Targets, replanted
 Array = NDArray[np.float64]
 
 WINDOW, MARGIN, JOINED = 1500, 120, 2
-"""Frames solved at once, frames after them that are solved again with the next window, and frames before a window
-that keep what they are."""
+"""Frames solved at once, frames after them that are solved again with the next window, and fixed frames before a
+window."""
 
 ITERATIONS = 32
 """Gauss-Newton steps."""
@@ -30,7 +30,7 @@ REPLANTED = (8, 13, 18)
 """Steps before which stances move to where the robot's feet are."""
 
 FOLLOWING = 0.7
-"""Share of the progress at which torques are looked at."""
+"""Share of the progress at which the solve of torques begins."""
 
 
 def retargeted(
@@ -40,7 +40,7 @@ def retargeted(
     *,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Array:
-    """Return a robot's configurations, as of `retargeted_and_told`."""
+    """Return a robot's configurations, as `retargeted_and_told` does."""
     return retargeted_and_told(robot, targets, options, progress=progress)[0]
 
 
@@ -51,11 +51,11 @@ def retargeted_and_told(
     *,
     progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Array, tuple[GaveWay, ...]]:
-    """Return a robot's configurations, and when they give way for its torques.
+    """Return a robot's configurations, and the intervals in which they give way for its torques.
 
     Returns:
-        Shape (frame_count, nq), in MuJoCo's order; quaternions wxyz. Every hinge is within its limits, and changes by
-        no more per frame than its velocity allows. Times are since the first frame.
+        Configurations, shape (frame_count, nq), in MuJoCo's order; quaternions wxyz. Every hinge stays within its
+        limits of angle and velocity. Intervals are timed from the first frame.
     """
     options = options or Retargeting()
     solver = RobotSolver(robot, targets, options)

@@ -1,1 +1,1 @@
-"""Several bodies in one image: whose each cell is, who stands within one cluster, and who is new."""
+"""Several bodies in one image: the owner of each cell, and people who share a cluster."""

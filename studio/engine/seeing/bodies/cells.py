@@ -1,4 +1,4 @@
-"""Cells of an image and the bodies on the stage: how far each cell is from each body, and whose it is."""
+"""Cells of an image and the bodies on the stage: distance of each cell from each body, and the cell's owner."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 FAR_M = 0.5
 """Distances from bodies are clipped at this [m]."""
 SEED_M, MARGIN_M = 0.07, 0.04
-"""A cell this near to a body, and so much farther from all others, is that body's [m]; the rest grows from there."""
+"""A cell this near to a body, and farther from all others by the second, seeds that body's growing region [m]."""
 
 
 class PlacedBodies(NamedTuple):
@@ -97,8 +97,8 @@ def distances_of(points, cells, placed):
 
 @compiled
 def shared_out(depth, labels, cells, distance, seed_m, margin_m):
-    """Return whose each cell is: that of the body which it surely is near, else of the nearest such cell over the
-    surface, else of the body to which its cluster is nearest; shape (cell_count,).
+    """Return the body that owns each cell, shape (cell_count,): the one the cell is surely near, else the owner of
+    the nearest such cell over the surface, else the body nearest to the cluster.
 
     Args:
         cells: rows and columns, shape (cell_count, 2).

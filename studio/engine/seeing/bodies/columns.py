@@ -1,5 +1,5 @@
-"""People in one cluster: they touch, so the image does not part them. Trunks, heads and legs stand one above the
-other, and arms do not, so that a person is a high column over the floor.
+"""Separation of people in one cluster: they touch, so the image does not separate them. A person's legs, trunk and
+head are above each other, unlike arms, so a person is a high column over the floor.
 """
 
 import numpy as np
@@ -13,12 +13,12 @@ Array = NDArray[np.float64]
 
 _CELL_M = 0.1
 _AROUND = 2
-"""A column is so many cells of the floor wide, to either side."""
+"""Extent of a column to either side of its middle cell [cells of the floor]."""
 _LEVELS = 24
 _LEAST_LEVELS, _HIGH_SHARE = 8, 0.65
-"""A person has readings at so many levels of 10 cm one above the other, and at this share of the highest column's."""
+"""Minimum number of successive 10 cm levels with readings for a person, also as a share of the highest column's."""
 _BESIDE_M = 0.45
-"""Two people's columns are farther apart than this [m]."""
+"""Minimum distance between two people's columns [m]."""
 _COLUMN_M = 0.25
 _WIDE_M, _LARGE_M2 = 1.9, 0.55
 """Clusters wider or larger than this may be several people [m], [m2]."""
@@ -27,7 +27,7 @@ _MOST_M2, _HIGHEST_M = 1.8, 2.4
 
 
 def apart(points: Array, depth: Array, clusters: Clusters, cell_angle: float) -> Clusters:
-    """Return the clusters, with those parted in which several people stand.
+    """Return the clusters, with each cluster of several people split.
 
     Args:
         points: of the image's cells in the working frame [m], shape (rows, columns, 3).
@@ -53,7 +53,7 @@ def apart(points: Array, depth: Array, clusters: Clusters, cell_angle: float) ->
 
 
 def standing_in(points: Array, width_m: Array) -> Array:
-    """Return where people stand, x and y [m], shape (person_count, 2), the one most seen first.
+    """Return where people stand, x and y [m], shape (person_count, 2), the best seen one first.
 
     Args:
         points: of one cluster [m], shape (point_count, 3). width_m: of their cells, shape (point_count,).
@@ -77,8 +77,8 @@ def standing_in(points: Array, width_m: Array) -> Array:
 
 @compiled
 def _columns(points, width, low, rows, columns):
-    """Return of the column about each cell of the floor: levels with readings that follow each other, of which one
-    may lack, area [m2], and middle [m].
+    """Return, for the column around each cell of the floor: number of successive levels with readings (gaps of one
+    level are allowed), area [m2], and middle [m].
     """
     here = np.zeros((rows, columns, _LEVELS), np.bool_)
     sums = np.zeros((rows, columns, 3))

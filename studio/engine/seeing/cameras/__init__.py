@@ -1,1 +1,1 @@
-"""Cameras placed by the body and the floor that they see."""
+"""Placement of cameras by the body and the floor that they see."""

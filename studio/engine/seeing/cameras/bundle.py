@@ -1,9 +1,9 @@
-"""Cameras, poses and one shape of a body fitted together to the points of many instants: a bundle adjustment.
+"""Bundle adjustment: cameras, poses and one body shape fitted together to the points of many instants.
 
-Every point of a camera should lie on the body of its instant, and every camera's floor on the stage's. Unknown are a
-small movement of each camera, a step of each instant's pose and one shape. What all cameras have in common, such as a
-turn about the vertical, the body cannot tell: it stays as the prior has it, with no camera before another. The shape
-must be unknown too: one learnt under wrong cameras fits them.
+Every point of a camera should lie on the body of its instant, and every camera's floor on the stage's. The unknowns
+are a small movement of each camera, a step of each instant's pose and one shape. The body does not show movements
+common to all cameras, such as a turn about the vertical: the prior alone sets them, and it treats all cameras alike.
+The shape must be unknown too: a shape learnt under wrong cameras fits those cameras.
 
 Source: Gauss-Newton with the poses eliminated instant by instant, as in Triggs, McLauchlan, Hartley & Fitzgibbon,
 "Bundle adjustment, a modern synthesis", 1999, section 6; points against the surface and weights as in
@@ -28,26 +28,26 @@ from studio.engine.seeing.fitting.surface import match_points, offsets_from
 Array = NDArray[np.float64]
 
 PLACE_SD_M, TURN_SD_RAD = 0.01, float(np.radians(0.4))
-"""How far cameras that were given may be off, on each axis: boards and tapes err by a few millimetres and tenths of a
+"""Standard deviation of given camera poses, on each axis: boards and tapes err by a few millimetres and tenths of a
 degree, and some people measure worse."""
 _MOST_STEPS = 25
 _STILL = 1e-4
-"""Done where no camera moves or turns further in a step [m, rad]."""
+"""Largest movement or turn of a camera in a last step [m, rad]."""
 _REACH_M = 0.05
 """Distance at which a point's weight has fallen to a quarter."""
 _FRAME_SHARE = 0.2
-"""Instants err alike: each counts as this share of one."""
+"""Weight of an instant, because errors of instants are correlated."""
 _FLOOR_SD_M, _FLOOR_REACH_M = 0.01, 0.05
 _STEADY = 5.0
 """Information that holds every angle at its last value in a step [1/rad2]."""
 _LONGEST = 0.2
-"""No step of a pose is longer than this [m, rad]."""
+"""Largest step of a pose [m, rad]."""
 _SHAPE_STEP = 0.05
 _MOVES = 6
 
 
 class Bundled(NamedTuple):
-    """What came out, by camera.
+    """Result of a bundle adjustment, by camera.
 
     Attributes:
         T_stage_camera: where each fits best, shape (camera_count, 4, 4).
@@ -59,7 +59,7 @@ class Bundled(NamedTuple):
 
 
 class Instant(NamedTuple):
-    """One instant: the pose to begin with, and its points, whose `camera` counts the bundle's cameras."""
+    """One instant: its initial pose, and its points, whose `camera` is the index among the bundle's cameras."""
 
     pose: Pose
     points: MeasuredPoints
@@ -72,9 +72,9 @@ def bundled(
 
     Args:
         instants: at least one.
-        shape: of the body to begin with, shape (13,).
-        T_stage_camera: as given, with which the points came to the stage, shape (camera_count, 4, 4).
-        floors: of each camera in its own frame, as of `floor_of`.
+        shape: initial shape of the body, shape (13,).
+        T_stage_camera: the given transforms, which brought the points to the stage, shape (camera_count, 4, 4).
+        floors: of each camera in its own frame, see `floor_of`.
     """
     bundle = _Bundle(instants, shape, T_stage_camera, floors)
     for _ in range(_MOST_STEPS):
@@ -135,8 +135,8 @@ class _Bundle:
     def _eliminated(
         self, index: int, slopes: list[BodyShape]
     ) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-        """Add an instant, its pose eliminated; return how its pose answers a step of the rest, shape (dof_count,
-        unknown_count), and its own step, shape (dof_count,)."""
+        """Add an instant with its pose eliminated; return how its pose responds to a step of the other unknowns,
+        shape (dof_count, unknown_count), and its own step, shape (dof_count,)."""
         pose, limits = self._poses[index], self._fitter.limits
         rows, others, offsets, weights = self._rows(pose, self._instants[index].points, slopes)
         weighted, others_weighted = rows * weights[:, None], others * weights[:, None]
@@ -152,8 +152,8 @@ class _Bundle:
     def _rows(
         self, pose: Pose, points: MeasuredPoints, slopes: list[BodyShape]
     ) -> tuple[Array, Array, Array, Array]:
-        """Return by point what a step of the pose adds, what cameras' movements and the shape add, what is lacking
-        [m], and the weight [1/m2]."""
+        """Return by point the derivatives by the pose and by the cameras' movements and the shape, the residual [m],
+        and the weight [1/m2]."""
         chain, surface, cameras = self._fitter.chain, self._figure.surface, points.camera
         seen = self._placed(points)
         places, _, axes, origins, frames = self._fitter.place(self._figure, pose)
@@ -177,7 +177,7 @@ class _Bundle:
         return rows, others, offsets, weights
 
     def _placed(self, points: MeasuredPoints) -> MeasuredPoints:
-        """Return points as the cameras place them now."""
+        """Return points as placed by the current cameras."""
         move = (self.T @ np.linalg.inv(self._given))[points.camera]
         turn = move[:, :3, :3]
         return MeasuredPoints(

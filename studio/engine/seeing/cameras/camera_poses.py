@@ -1,7 +1,7 @@
 """Camera poses refined on the tracked body and on the floor.
 
-Skeletons of single cameras place the cameras to a few centimetres, because each camera's joints have errors of their
-own. The body fitted to all cameras' points is common to all. Each camera is moved until its points lie on that body,
+Skeletons of single cameras place the cameras only to a few centimetres, because each camera's joints have their own
+errors. One body is therefore fitted to all cameras' points. Each camera is moved until its points lie on that body
 and its floor on the stage's; then the body is fitted again.
 """
 
@@ -25,14 +25,14 @@ _ROUNDS = 3
 MOST_SETS = 150
 """Largest number of instants used."""
 _EVERY = 3
-"""One set in this many is used, because neighbours are alike."""
+"""Step between the image sets that are used, because neighbours are alike."""
 _REACH_M = 0.05
 _LEAST_PAIRS = 2000
 _GOOD_M, _USABLE_M = 0.015, 0.03
 _FLOOR_WEIGHT = 0.05
-"""Weight of a corner of the floor as a share of that of all points of a camera."""
+"""Weight of a corner of the floor, as a share of the weight of all points of a camera."""
 _SPREAD_REASONS = ("too little spread", "fits on even and odd", "only ")
-"""Reasons of a refused calibration by skeletons that body and floor can correct."""
+"""Reasons for refusing a calibration by skeletons that the body and the floor can correct."""
 
 
 def refine_camera_poses(
@@ -86,7 +86,7 @@ def _level(calibration: Calibration, floors: dict[str, Array | None]) -> Calibra
 def _pairs(
     frames: Sequence[DepthFrame], cameras: dict[str, DepthCamera], calibration: Calibration
 ) -> dict[int, tuple[Array, Array, Array]]:
-    """Return points, their places on the body and normals there, by index of the camera."""
+    """Return points, their places on the body and the normals there, by camera index."""
     tracker = Tracker(cameras, {name: calibration.cameras[name].T_stage_camera for name in cameras})
     found: dict[int, list[tuple[Array, Array, Array]]] = {}
     names = list(cameras)
@@ -136,7 +136,7 @@ def _move(seen: Array, places: Array, normals: Array, T: Array, floor: Array | N
 
 
 def _judged(camera: CameraCalibration, residual_m: float | None) -> CameraCalibration:
-    """Return the camera with a verdict by its points' distance from the body, if the skeletons only lacked spread."""
+    """Return the camera, judged by its points' distance from the body if the skeletons lacked only spread."""
     if residual_m is None:
         return camera
     left = tuple(reason for reason in camera.reasons if not reason.startswith(_SPREAD_REASONS))

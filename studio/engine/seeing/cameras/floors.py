@@ -1,4 +1,4 @@
-"""The floor that a camera sees, as a measure of how it stands."""
+"""The floor that a camera sees, which shows the camera's height and tilt."""
 
 from collections.abc import Iterable
 
@@ -24,11 +24,11 @@ def floor_of(frames: Iterable[DepthFrame], name: str, camera: DepthCamera) -> Ar
 
 
 def floor_corners(T_stage_camera: Array, floor: Array) -> Array:
-    """Return four places of a camera's floor before it, 2 m wide and 1.5 to 4 m away [m], shape (4, 3).
+    """Return four places of the floor in front of a camera, 2 m wide and 1.5 to 4 m away [m], shape (4, 3).
 
     Args:
         T_stage_camera: camera points to the stage, shape (4, 4).
-        floor: as of `floor_of`.
+        floor: see `floor_of`.
     """
     ahead = T_stage_camera[:3, 2]
     foot = transform_points(T_stage_camera, floor[:3] * floor[3])

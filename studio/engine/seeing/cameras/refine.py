@@ -1,8 +1,8 @@
-"""Cameras that were given, refined on the performer and the floor that they see.
+"""Refinement of given cameras by the performer and the floor that they see.
 
 Boards and tapes place cameras to some millimetres and tenths of a degree. At the performer that is one to several
-centimetres between cameras, as much as lies between a hand and the face that it touches. A part of the take is
-tracked with the cameras as given; then cameras, poses and shape are fitted together (`bundle`). What is not sure is
+centimetres between cameras, enough to separate a hand from the face that it touches. A part of the take is tracked
+with the cameras as given; then cameras, poses and shape are fitted together (`bundle`). An uncertain result is
 refused, and the cameras stay as given.
 """
 
@@ -27,24 +27,24 @@ Array = NDArray[np.float64]
 Tracked = Callable[[CameraFrame, Performer], None]
 
 EVERY = 6
-"""Of so many image sets one counts: neighbours tell the same."""
+"""Step between the image sets that are used, because neighbours are alike."""
 _GAP_NS = 500_000_000
-"""After a longer gap the performer is looked for anew."""
+"""Longest gap without a new search for the performer."""
 _LEAST_INSTANTS, _LEAST_POINTS = 12, 60
-"""A camera must see so many points of the performer in so many instants."""
+"""Least number of instants in which a camera sees the performer, and of points in each."""
 _APART_M = 0.015
-"""Cameras that either half of the instants gives may place points of the performer so far apart."""
+"""Maximum distance between points of the performer as placed by the cameras from either half of the instants."""
 _BLOCKS = 8
-"""The halves are the even and the odd ones of so many blocks of instants."""
+"""Number of blocks of instants; the halves are the even and the odd blocks."""
 _RESIDUAL_M, _FLOOR_M = 0.03, 0.02
-"""How far points may lie off the body in the middle, and a camera's floor off the stage's."""
+"""Maximum median distance of points from the body, and maximum distance of a camera's floor from the stage's."""
 _MOST_M, _MOST_DEG = 0.05, 2.0
 _LOOKED_AT = 50
 
 
 @dataclass(frozen=True)
 class CameraMove:
-    """How far a camera was moved [m] and turned [degrees] from where it was given."""
+    """Movement [m] and turn [degrees] of a camera from its given pose."""
 
     metres: float
     degrees: float
@@ -52,12 +52,12 @@ class CameraMove:
 
 @dataclass(frozen=True)
 class RefinedCameras:
-    """What came out.
+    """Result of a refinement.
 
     Attributes:
-        calibration: with the refined cameras; as it was where they were refused.
-        moves: by camera; empty where they were refused.
-        refused: why, and what to do; None where they were not.
+        calibration: with the refined cameras; unchanged if they were refused.
+        moves: by camera; empty if the cameras were refused.
+        refused: why, and what to do; None if they were not refused.
     """
 
     calibration: Calibration
@@ -80,14 +80,13 @@ def refine_cameras(
     calibration: Calibration,
     tracked: Tracked | None = None,
 ) -> RefinedCameras:
-    """Return the cameras refined; clocks stay, and so does what no camera can tell: where the stage's middle lies and
-    where it faces.
+    """Return the refined cameras; clocks, and the stage's middle and direction, which no camera shows, do not change.
 
     Args:
-        frames: of a part of the take or of several, of all cameras in order of stage time.
+        frames: of one or several parts of the take, of all cameras in order of stage time.
         cameras: intrinsics by name, of two cameras or more.
         calibration: places and clocks as given.
-        tracked: receives the frames of the camera `points` as tracked meanwhile, and the performer as known by then.
+        tracked: receives each frame of the camera `points` once tracked, and the present estimate of the performer.
     """
     names = list(cameras)
     given = np.stack([calibration.cameras[name].T_stage_camera for name in names])
@@ -112,7 +111,7 @@ def refine_cameras(
 
 
 def with_places(calibration: Calibration, T_stage_camera: dict[str, Array]) -> Calibration:
-    """Return the calibration with cameras placed anew."""
+    """Return the calibration with new camera transforms."""
     placed = {
         name: replace(calibration.cameras[name], T_stage_camera=T) for name, T in T_stage_camera.items()
     }
@@ -126,8 +125,8 @@ def _instants(
     first: dict[str, DepthFrame],
     tracked: Tracked | None,
 ) -> tuple[list[Instant], Array | None]:
-    """Return poses and points of some instants, and the shape as known at the end; each camera's first image comes
-    into `first`."""
+    """Return poses and points of some instants, and the final estimate of the shape; add each camera's first image to
+    `first`."""
     names = list(cameras)
     tracker = Tracker(cameras, {name: calibration.cameras[name].T_stage_camera for name in names})
     instants: list[Instant] = []
@@ -152,7 +151,7 @@ def _instants(
 
 
 def _seen(instants: Sequence[Instant], camera: int) -> int:
-    """Return in how many instants a camera sees enough of the performer."""
+    """Return the number of instants in which a camera sees enough of the performer."""
     return sum(int((instant.points.camera == camera).sum() >= _LEAST_POINTS) for instant in instants)
 
 
@@ -162,7 +161,7 @@ def _move(T: Array, given: Array) -> CameraMove:
 
 
 def _elsewhere(moves: dict[str, CameraMove], found: Bundled, floors: Sequence[Array | None]) -> str | None:
-    """Return which camera stands elsewhere than given; None where none does."""
+    """Return why a camera cannot be at or near its given pose; None if all can."""
     again = "measure the cameras again, or calibrate by a walk"
     rows = zip(moves.items(), *found, floors, strict=True)
     for (name, move), T, residual_m, floor in rows:
@@ -184,7 +183,7 @@ def _elsewhere(moves: dict[str, CameraMove], found: Bundled, floors: Sequence[Ar
 def _unsure(
     instants: Sequence[Instant], shape: Array, given: Array, floors: Sequence[Array | None]
 ) -> str | None:
-    """Return by how much halves of the instants differ; None where they agree."""
+    """Return how much the halves of the instants differ, as a reason to refuse; None if they agree."""
     block = np.arange(len(instants)) * _BLOCKS // len(instants)
     halves = [
         bundled(
@@ -205,7 +204,7 @@ def _unsure(
 
 
 def _apart_m(first: Array, second: Array, given: Array, instants: Sequence[Instant]) -> float:
-    """Return how far two placings of a pair of cameras differ at the performer [m], each of shape (2, 4, 4)."""
+    """Return the difference at the performer between two placements of a pair of cameras [m], each (2, 4, 4)."""
     points = np.concatenate([instant.points.places[::_LOOKED_AT] for instant in instants])
     own = transform_points(invert_transform(given), points)
     there = [transform_points(invert_transform(pair[1]) @ pair[0], own) for pair in (first, second)]

@@ -3,7 +3,7 @@
 Lengths and radii are shares of stature. Sources: ANSUR: Gordon et al., "2012 Anthropometric Survey of U.S. Army
 Personnel", NATICK/TR-15/007, 2014, means of men and women; lengths of bones are those of `calibration.proportions`
 (Drillis & Contini 1966). Joint centres have their depth under the skin from the literature: the hip joints 0.104
-apart (Bell, Pedersen & Brand 1990) and before the middle of the pelvis's depth; the middle of the upper arm's head a
+apart (Bell, Pedersen & Brand 1990) and in front of the middle of the pelvis's depth; the humeral head's middle a
 centimetre inside the acromion's edge (half of the biacromial breadth, 0.115, ANSUR; Nyffeler et al., "Association of
 a large lateral extension of the acromion with rotator cuff tears", JBJS 2006). Upper arms and forearms
 reach from joint centre to joint centre: de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters",
@@ -44,8 +44,8 @@ size of the head; distance of clothes from the skin.
 """
 
 SHAPE_SPREAD: Array = np.array([0.05, 0.03, 0.035, 0.06, 0.03, 0.10, 0.12, 0.10, 0.10, 0.06, 0.04, 0.04, 0.8])
-"""Standard deviation of each among people of one stature: ANSUR's variation without that of stature; clothes from
-tight to wide.
+"""Standard deviation of each parameter among people of one stature: ANSUR's variation without that of stature;
+clothes from tight to wide.
 """
 
 SHAPE_REACH: Array = np.array([0.25] * 12 + [1.2])
@@ -54,7 +54,7 @@ SHAPE_REACH: Array = np.array([0.25] * 12 + [1.2])
 CLOTH = 0.0055
 """Usual distance of clothes from the skin."""
 _CLOTHED = {"Head": 0.0, "Neck": 0.0, "Hand": 0.0, "Foot": 0.0, "ToeBase": 0.0, "ForeArm": 0.5}
-"""Share of that distance by body, where it is not 1: heads, hands and shoes have none, sleeves are often short."""
+"""Share of that distance by body, where it is not 1: heads, hands and shoes have none; sleeves are often short."""
 
 USUAL_HEIGHT_M = 1.72
 _SHOULDER_HALF_WIDTH = 0.110

@@ -1,19 +1,19 @@
 """Expected error of each joint, and its confidence.
 
-For limbs, a logistic regression weighs the evidence: the covariance of the fit, whether the joint
-lies behind the surface that the cameras see or where they see past it, the number of points on its bone and on the
-one before and their distance, unexplained points about it, and the limb's present and recent residual. The slopes are
-the mean of two fits on simulated performers for tuning and random bodies like them, seen
-by one, two and three cameras: one in motions that reported figures are not measured on, one with tuning performers in
-wide clothes before one camera, who begin in profile (the motion 14_08, which `bars` measures with other performers).
-The threshold comes from `fit_confidence` among the tests, whose runs were not among them; it fits slopes as
+For limbs, a logistic regression weighs the evidence: the covariance of the fit, the joint's depth behind the surface
+that the cameras see (or whether they see past the joint), the number and distance of points on its bone and on the
+bone before it, unexplained points near it, and the limb's present and recent residual. The slopes are the mean of two
+fits on simulated tuning performers and random bodies like them, seen by one, two and three cameras. The first fit
+uses motions on which no reported figures are measured. The second uses tuning performers in wide clothes in front of
+one camera, who begin in profile (the motion 14_08, which `bars` measures with other performers).
+The threshold comes from `fit_confidence` among the tests, whose runs were not used for the slopes; it fits slopes as
 well, and says why those are not in use.
 The trunk's joints have the covariance and the model's own error.
 
-What is not read on either side of a joint, another pose that was found for the same images, and a limb whose other
-joints are not known bound the error from below, whatever the regression says. A pose that was found before the body
-was begun anew, or that explains the first images nearly as well, is such another. Joints that no points tell have a
-bound, too; see `search.bones`.
+Three things set a lower bound on the error, whatever the regression says: missing readings on either side of a joint,
+another pose found for the same images, and a limb whose other joints are unknown. Another pose is the one before the
+body was restarted, or one that explains the first images nearly as well. Joints that the points do not determine have
+a lower bound too; see `search.bones`.
 """
 
 from typing import NamedTuple
@@ -40,7 +40,7 @@ _CAP_M, _ABOUT_M = 0.15, 0.20
 _HIDDEN_M = (-0.4, 0.6)
 
 _UNREAD_M, _HALF_UNREAD_M = 0.12, 0.10
-"""Least expected error of a joint that is not read on either side, and of one not read on one side [m]."""
+"""Least expected error of a joint without readings on either side, and of one that lacks them on one side [m]."""
 _CHAIN_SHARE = 0.7
 """Least expected error of a wrist or ankle relative to the mean of its limb's other joints."""
 
@@ -83,7 +83,7 @@ class BodyEvidence(NamedTuple):
             [m], both of shape (point_count,).
         behind_m: depth of each canonical joint behind the seen surface, shape (21,).
         costs_m2, lately_m2: present and recent residual of each part, shape (5,).
-        unread: whether each body of the chain is not read next to its joint, and at its far end, shape
+        unread: whether each body of the chain lacks readings next to its joint, and at its far end, shape
             (body_count, 2); see `search.unread`.
     """
 
@@ -114,7 +114,7 @@ def variances(
 
 
 def evidence(chain: Chain, joints: Array, variance: Array, seen: BodyEvidence) -> Array:
-    """Return the evidence for every joint of `LIMB_JOINTS`, shape (12, len(EVIDENCE))."""
+    """Return the evidence on every joint of `LIMB_JOINTS`, shape (12, len(EVIDENCE))."""
     capped = np.minimum(seen.distance, _CAP_M)
     count = np.bincount(seen.bodies, minlength=len(BODY_JOINTS))
     mean = np.bincount(seen.bodies, weights=capped, minlength=len(BODY_JOINTS)) / np.maximum(count, 1)
@@ -131,7 +131,7 @@ def evidence(chain: Chain, joints: Array, variance: Array, seen: BodyEvidence) -
 
 
 def expected_errors(chain: Chain, joints: Array, variance: Array, seen: BodyEvidence) -> Array:
-    """Return the expected error of each canonical joint [m], shape (21,), for its own evidence; see `bounded`."""
+    """Return the expected error of each canonical joint [m], shape (21,), from its own evidence; see `bounded`."""
     errors = np.sqrt(MODEL_ERROR_M**2 + variance)
     log_odds = (_WEIGHTS[_KIND] * evidence(chain, joints, variance, seen)).sum(axis=1)
     limbs = _UNSURE_M * np.exp(_ERROR_PER_LOG_ODDS * np.minimum(log_odds, 20.0))
@@ -142,7 +142,7 @@ def expected_errors(chain: Chain, joints: Array, variance: Array, seen: BodyEvid
 
 
 def _unread_errors(chain: Chain, unread: NDArray[np.bool_]) -> Array:
-    """Return the least errors of the joints of `LIMB_JOINTS` for want of readings [m], shape (12,).
+    """Return the least errors of the joints of `LIMB_JOINTS` due to missing readings [m], shape (12,).
 
     A joint lies between two bones and needs readings next to it on both. The trunk says little of shoulders and hips,
     which need readings along their own bone; hands and feet say little of wrists and ankles.
@@ -156,11 +156,11 @@ def _unread_errors(chain: Chain, unread: NDArray[np.bool_]) -> Array:
 
 
 def bounded(errors_m: Array, jumped_m: Array) -> Array:
-    """Return expected errors of canonical joints, no smaller than what contradicts them [m], shape (21,).
+    """Return the expected errors of canonical joints [m], shape (21,), raised to their lower bounds.
 
     Args:
-        errors_m: for each joint's own evidence.
-        jumped_m: how far the joints have lately jumped, or may be off, shape (21,); see `search.jumps`.
+        errors_m: from each joint's own evidence.
+        jumped_m: recent jump or possible error of each joint, shape (21,); see `search.jumps`.
     """
     errors = np.minimum(np.maximum(errors_m, jumped_m), _MOST_M)
     limbs = errors[LIMB_JOINTS].reshape(4, 3)

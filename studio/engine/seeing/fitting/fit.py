@@ -31,8 +31,7 @@ FREE_REACH_M = 0.15
 REACH_M = 0.09
 """Distance at which a point's weight has fallen to a quarter [m]."""
 _CROWN = (2, 1.9)
-"""A sample just below the top of the head, beyond the end of its axis; it keeps the body from rising out of its
-silhouette.
+"""A sample just below the top of the head, beyond the end of its axis; it keeps the body inside its silhouette.
 """
 
 
@@ -216,8 +215,7 @@ class Fitter:
 
         Args:
             free: which of the 6 + dof_count steps may be taken; all where None.
-            elsewhere: distance of each point to other parts than the figure's [m]; nearer points are not the
-                figure's.
+            elsewhere: distance of each point to parts outside the figure [m]; points nearer to those are left out.
         """
         information = np.eye(self._dofs)
         for _ in range(iterations):
@@ -265,8 +263,8 @@ class Fitter:
     def step(
         self, information: Array, gradient: Array, pose: Pose, free: NDArray[np.bool_] | None = None
     ) -> Array:
-        """Return the step of the normal equations. Angles that would leave their limits stay on them, and the rest is
-        solved again.
+        """Return the step of the normal equations. Angles that would leave their limits stay at them, and the others
+        are solved again.
         """
         moving = np.ones(self._dofs, dtype=bool) if free is None else free
         step = _limited_step(
@@ -293,7 +291,7 @@ def part_dofs(limits: Limits) -> dict[str, NDArray[np.bool_]]:
 
 @compiled
 def _limited_step(information, gradient, free, low, high):
-    """Return the step of the normal equations. Steps outside `low` to `high` are clamped, and the rest is solved
+    """Return the step of the normal equations. Steps outside `low` to `high` are clamped, and the others are solved
     again. Steps that are not `free` are 0.
     """
     count = len(gradient)

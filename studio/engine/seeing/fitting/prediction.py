@@ -15,8 +15,8 @@ _CHANGE = {"Spine": 0.05, "Neck": 0.15, "Shoulder": 0.05, "Arm": 0.35, "ForeArm"
 """Standard deviation of a joint from its prediction, per frame of 1/30 s [rad]; large for the arms."""
 _KEPT_VELOCITY = 0.8
 _HEADING = 5
-"""Index of the turn about the vertical. A turning body goes on turning, and a body seen from the side shows its
-heading badly. Its velocity is therefore kept whole and smoothed, so that it passes the profile.
+"""Index of the turn about the vertical. A turning body keeps turning, and a body seen from the side shows its heading
+badly. The angular velocity is therefore smoothed but not damped, so that the body turns past the profile view.
 """
 _HEADING_CHANGE, _SMOOTHED = 0.03, 0.7
 """Standard deviation of the heading per frame [rad]; share of the earlier velocity that is kept."""

@@ -1,4 +1,4 @@
-"""Points and their matches on rounded cones, seen from their camera."""
+"""Matches of points with rounded cones, as seen from each point's camera."""
 
 from typing import NamedTuple
 
@@ -86,7 +86,7 @@ def _match_cone(px, py, pz, vx, vy, vz, surface, origins, frames, c):
 
 @compiled
 def match_points(points, views, normals, surface, origins, frames, by_part):
-    """Return the fields of `Matches` of measured points; beyond `FAR_M` there is no match, and weight and cone are 0.
+    """Return the fields of `Matches` of measured points; beyond `FAR_M` there is no match, and the cone is 0.
 
     Args:
         points: shape (point_count, 3). views: unit vectors to their cameras. normals: measured ones, zero = unknown.

@@ -1,4 +1,4 @@
-"""Points of cameras that are not triggered together, moved to one instant."""
+"""Movement of points to one instant, for cameras that are not triggered together."""
 
 import numpy as np
 

@@ -1,9 +1,9 @@
 """Open hand or fist by concentric circles, the method of the reference system.
 
-Circles grow from the middle of the hand in the depth image. The largest whose points all lie at the hand's depth is
-found. In the next one, many points at that depth mean an open hand (fingers), few a fist, and anything between
-leaves the state unknown. The text gives no thresholds; those here are the best of 24 sets on
-the simulator's hands for tuning.
+Circles grow from the middle of the hand in the depth image, up to the largest whose points all lie at the hand's
+depth. In the next circle, many points at that depth mean an open hand (fingers), few a fist, and anything between
+leaves the state unknown. The text gives no thresholds; those here are the best of 24 sets on the simulator's tuning
+hands.
 
 Source: Ménard 2014, section 5.4.
 """

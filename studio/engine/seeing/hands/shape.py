@@ -2,7 +2,7 @@
 
 The input of small convolutional networks is a `HandWindow` in units of the forearm, so that size and distance
 cancel; their mean output is the log-odds of open. The weights, `shape.npz`, come from simulated hands:
-`python -m studio.simulator.training.hand_training` makes them again.
+`python -m studio.simulator.training.hand_training` recreates them.
 """
 
 from functools import cache

@@ -47,7 +47,7 @@ class HandStates:
         confidence: NDArray[np.float64],
         time_ns: int,
     ) -> tuple[HandSeen, ...]:
-        """Return the states of the hands with known wrist and elbow; 0.5 = unknown.
+        """Return the states of the hands whose wrist and elbow are known; 0.5 = unknown.
 
         Args:
             depth_mm: the image, shape (H, W).

@@ -17,8 +17,8 @@ _TRIALS = 400
 
 @compiled
 def _best_plane(points, up, trials, tolerance, tilt):
-    """Return the plane (unit normal, offset: normal @ p = offset) with the most points near it and few below it, and
-    their number; random triples come from a fixed sequence.
+    """Return the plane (unit normal, offset: normal @ p = offset) with many points near it and few below it, and its
+    score; random triples come from a fixed sequence.
     """
     count = len(points)
     state = np.uint64(0x2545F4914F6CDD1D)

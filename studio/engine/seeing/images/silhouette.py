@@ -11,9 +11,9 @@ from studio.engine.seeing.images.grid import GridLens
 Array = NDArray[np.float64]
 
 FRONT_M = 0.04
-"""Distance of a body in front of the seen surface that is allowed [m]."""
+"""Allowed distance of a body in front of the seen surface [m]."""
 SOLID_M = 0.12
-"""Space is free for a part of the body only if the camera sees this much further [m]."""
+"""Minimum distance that a camera must see beyond a part of the body for the space to be free [m]."""
 FAR_M = 0.40
 """Violations are clipped at this [m]."""
 
@@ -26,9 +26,9 @@ class Silhouette(NamedTuple):
         rotation, translation: of `T_camera_work`.
         depth: of each cell [m], 0 = no reading, shape (rows, columns).
         nearest: flat index of the nearest cell of the performer, -1 = none, shape (rows, columns).
-        unread: whether a cell without a reading says nothing of a sample of the body, by cone and `unread_column`,
-            shape (cone_count, 3); else it is free space.
-        nearest_unread: as `nearest`, of cells of the performer and without readings; for these samples.
+        unread: whether a cell without a reading leaves a sample of the body undecided, by cone and `unread_column`,
+            shape (cone_count, 3); otherwise such a cell is free space.
+        nearest_unread: as `nearest`, for cells of the performer or without readings; used for these samples.
     """
 
     lens: GridLens
@@ -42,7 +42,7 @@ class Silhouette(NamedTuple):
 
 @compiled
 def nearest_cells(person, margin, nearest):
-    """Fill `nearest` by two sweeps that pass on the nearest known cell (Danielsson, "Euclidean distance mapping",
+    """Fill `nearest` by two sweeps that propagate the nearest known cell (Danielsson, "Euclidean distance mapping",
     1980), up to `margin` cells around the person; cells further away have the value at that edge.
     """
     rows, columns = person.shape
@@ -90,8 +90,8 @@ def nearest_cells(person, margin, nearest):
 
 @compiled
 def unread_cells(depth, nearest):
-    """Return which cells may be of the performer's legs: the performer's own, and those without a reading amid
-    others, shape (rows, columns).
+    """Return which cells may show the performer's legs, shape (rows, columns): the performer's own, and cells without
+    a reading among others without one.
     """
     rows, columns = depth.shape
     out = np.empty(depth.shape, np.bool_)
@@ -136,7 +136,7 @@ def _violation(seen, point, radius, unread, normal):
     in which it should move into `normal`, shape (3,), in the working frame.
 
     Args:
-        unread: whether a cell without a reading says nothing of the ball.
+        unread: whether a cell without a reading leaves the ball undecided.
     """
     r, t = seen.rotation, seen.translation
     x = r[0, 0] * point[0] + r[0, 1] * point[1] + r[0, 2] * point[2] + t[0]
@@ -220,8 +220,8 @@ def free_cost(seen, surface, origins, frames, cones, samples):
 
 
 SEEN, UNREAD, COVERED, OUTSIDE = 0, 1, 2, 3
-"""What a camera shows where a part of the body is: it, or something behind it; no reading; something else before it;
-nothing, beyond the picture's edge."""
+"""What a camera shows at a part of the body: the part or something behind it; no reading; something else in front of
+it; nothing, because the part is outside the picture."""
 _COVERED_M = 0.25
 
 
@@ -298,8 +298,8 @@ def _behind(seen, points, behind):
 
 
 def behind_seen(silhouettes: tuple[Silhouette, ...], points: Array) -> Array:
-    """Return the depth of points behind the seen surface [m], by the camera in which it is nearest to that of a
-    joint; shape (point_count,). Negative = the camera sees past them.
+    """Return the depth of points behind the seen surface [m], shape (point_count,), from the camera in which it is
+    nearest to a joint's usual depth. Negative = the camera sees past them.
     """
     best = np.full(len(points), _OUT_OF_VIEW_M)
     behind = np.empty(len(points))

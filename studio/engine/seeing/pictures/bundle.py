@@ -7,7 +7,7 @@ from studio.engine.base.errors import FormatError, NotAvailableError, SettingsEr
 from studio.engine.base.value_sentences import unknown
 
 MODELS = Path(__file__).parents[3] / "models"
-"""Folder of the bundles that come with the studio; its README says where they are from."""
+"""Folder of the bundles that come with the studio; its README gives their sources."""
 
 POSE_MODELS = {
     "lite": "pose_landmarker_lite.task",
@@ -24,11 +24,11 @@ def model_file(model: str | Path) -> Path:
 
     Args:
         model: `lite`, `full` or `heavy`, or the path of a bundle (`.task`), of a network of landmarks (`.tflite`), or
-            of the description of a network of others (`.json`, `.toml`).
+            of the description of a third-party network (`.json`, `.toml`).
 
     Raises:
-        NotAvailableError: the heavy model is not there.
-        SettingsError: no model and no file of this name.
+        NotAvailableError: the heavy model is not installed.
+        SettingsError: no model and no file has this name.
     """
     path = MODELS / POSE_MODELS[str(model)] if str(model) in POSE_MODELS else Path(model)
     if path.is_file():
@@ -48,7 +48,7 @@ def pose_networks(path: Path) -> tuple[bytes, bytes]:
     A network of landmarks alone (`.tflite`) is used with the detector that comes with the studio.
 
     Raises:
-        FormatError: it cannot be read, is no bundle, or lacks a network.
+        FormatError: the file cannot be read, is no bundle, or lacks a network.
     """
     if path.suffix.lower() != ".tflite":
         return _member(path, "pose_detector.tflite"), _member(path, "pose_landmarks_detector.tflite")
@@ -63,7 +63,7 @@ def hand_network(path: Path) -> bytes:
     """Return the network of a hand's landmarks in a bundle.
 
     Raises:
-        FormatError: it cannot be read, is no bundle, or lacks the network.
+        FormatError: the file cannot be read, is no bundle, or lacks the network.
     """
     return _member(path, "hand_landmarks_detector.tflite")
 

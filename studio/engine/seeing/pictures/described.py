@@ -1,6 +1,6 @@
-"""Descriptions of pose networks of others: what an `.onnx` file takes in, what it gives, and what its points are.
+"""Descriptions of third-party pose networks: the input, the output and the points of an `.onnx` file.
 
-A description is JSON or TOML beside the network; docs/devices.md has an example.
+A description is JSON or TOML next to the network; docs/devices.md has an example.
 """
 
 import json
@@ -35,7 +35,7 @@ JOINTS: dict[str, dict[str, int]] = {
     "halpe_26": {**_COCO, "left_foot_index": 20, "right_foot_index": 21, "left_heel": 24, "right_heel": 25},
     "coco_133": {**_COCO, "left_foot_index": 17, "left_heel": 19, "right_foot_index": 20, "right_heel": 22},
 }
-"""Sets of points that have a name: where landmarks of BlazePose are among them."""
+"""Named sets of points: the index in each set of every BlazePose landmark that it has."""
 
 _MOST_SIDE = 4096
 _MOST_BYTES = 1 << 20
@@ -43,20 +43,20 @@ _MOST_BYTES = 1 << 20
 
 @dataclass(frozen=True)
 class PoseDescription:
-    """A pose network of others.
+    """A third-party pose network.
 
     Attributes:
         network: its `.onnx` file.
         width, height: of its input [pixels].
         layout: `nchw` or `nhwc`.
         colour: `rgb` or `bgr`.
-        scale, mean, deviation: values of pixels, 0..255, times `scale`, less `mean`, by `deviation`, one a colour.
-        box: whether its input is cut out about a person; else it is the whole picture.
-        margin: size of what is cut out relative to the person.
-        kind: of its output: `simcc` (a row and a column of bins a point), `heatmap`, or `points` (places and scores).
-        split: of `simcc`, bins a pixel.
-        unit: of `points`: pixels of the input, or shares of its size.
-        columns: of `points`: the order of `x`, `y` and maybe `score`.
+        scale, mean, deviation: the input is (pixel * `scale` - `mean`) / `deviation`, pixels 0..255, by colour.
+        box: whether its input is cut out around a person; otherwise it is the whole picture.
+        margin: size of the cut-out relative to the person.
+        kind: of its output: `simcc` (a row and a column of bins per point), `heatmap`, or `points` (places, scores).
+        split: for `simcc`, bins per pixel.
+        unit: for `points`: pixels of the input, or shares of its size.
+        columns: for `points`: the order of `x`, `y` and optionally `score`.
         joints: by landmark of BlazePose, the number of its point.
     """
 
@@ -78,15 +78,15 @@ class PoseDescription:
 
 
 def is_description(model: str | Path) -> bool:
-    """Whether a model is named by its description."""
+    """Whether a model is given by a description file."""
     return Path(model).suffix.lower() in ENDINGS
 
 
 def read_description(path: Path) -> PoseDescription:
-    """Return what a file says of a network.
+    """Return the description of a network in a file.
 
     Raises:
-        FormatError: it cannot be read, lacks something, or names what there is not.
+        FormatError: the file cannot be read, lacks something, or names something unknown.
     """
     try:
         if path.stat().st_size > _MOST_BYTES:

@@ -1,4 +1,4 @@
-"""The hands of a person whose pose is known, picture after picture: 21 landmarks each, from the arm's own square."""
+"""Hands of a person whose pose is known, picture after picture: 21 landmarks each, from a square at each arm."""
 
 import math
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 HAND_LANDMARKS = 21
 LEAST_PIXELS = 60.0
-"""Length of the smallest hand that is looked for."""
+"""Length of the smallest hand that is searched for."""
 
 HAND_MODEL = MODELS / "hand_landmarker.task"
 _NAMES = JOINT_SETS["mediapipe"]
@@ -27,25 +27,25 @@ _ARMS = np.array(
     ]
 )
 _OF_FOREARM, _OF_PALM = 0.75, 2.0
-"""Length of a hand by that of the forearm, and by that from wrist to knuckles."""
+"""Length of a hand relative to the forearm, and relative to the distance from wrist to knuckles."""
 
 _WIDTH, _AHEAD = 2.2, 0.1
-"""Side of the square, and how far its middle is beyond the knuckles, in lengths of the hand."""
+"""Side of the square, and distance of its middle beyond the knuckles, in lengths of the hand."""
 
 _FOLLOWED_WIDTH, _FOLLOWED_AHEAD = 2.0, 0.1
-"""The same in the extent of a hand that was found before, its middle beyond that of the landmarks."""
+"""The same for a hand found in the last picture, in extents of its landmarks and beyond their middle."""
 
 _LEAST_VISIBLE = 0.5
 _LEAST_PRESENT = 0.5
 _AWAY = 0.75
-"""A hand whose wrist is further from the arm's than this, in lengths of the hand, is another one."""
+"""Maximum distance of a hand's wrist from the arm's wrist, in lengths of the hand."""
 
 _WRIST, _MIDDLE = 0, 9
 
 
 @dataclass(frozen=True)
 class _FoundHand:
-    """One hand in a picture: places of its landmarks as in `Region`, shape (21, 2), and how sure it is there."""
+    """One hand in a picture: places of its landmarks as in `Region`, shape (21, 2), and the network's certainty."""
 
     places: Array
     present: float
@@ -54,15 +54,15 @@ class _FoundHand:
 class HandFinder:
     """Finds the hands of one person in the pictures of one camera, in their order; used by one thread at a time.
 
-    A hand is looked for in a square at the end of its arm, or where it was in the picture before. The arm says
-    whether it is the left one.
+    A hand is searched for where it was in the picture before, then in a square at the end of its arm. The arm decides
+    whether it is the left hand.
 
     Args:
         threads: on which the network runs.
 
     Raises:
         FormatError: the model's file is damaged.
-        NotAvailableError: LiteRT is not here.
+        NotAvailableError: LiteRT is not installed.
     """
 
     def __init__(self, threads: int = 1) -> None:
@@ -79,7 +79,7 @@ class HandFinder:
             picture: RGB, shape (height, width, 3).
             pixels: the person's 33 landmarks in it, shape (33, 2); the centre of the first pixel is at (0, 0).
             visibility: of these, shape (33,).
-            reduced: how many pixels of the camera's picture one of this is wide; `LEAST_PIXELS` are the camera's.
+            reduced: width of one pixel in pixels of the camera's picture, to which `LEAST_PIXELS` refers.
         """
         image, least = Image.fromarray(np.ascontiguousarray(picture)), LEAST_PIXELS / reduced
         return [
@@ -87,7 +87,7 @@ class HandFinder:
         ]
 
     def forget(self) -> None:
-        """Begin anew: nobody is in the picture."""
+        """Forget the last hands, because nobody is in the picture."""
         self._last = [None, None]
 
     def _hand(
@@ -129,7 +129,7 @@ def hand_length(arm: Array) -> float:
 
 
 def square_of(arm: Array) -> Region:
-    """Return the square about the hand at an arm, its fingers upwards; `arm` as of `hand_length`."""
+    """Return the square around the hand at an arm, its fingers upwards; `arm`: see `hand_length`."""
     elbow, wrist, little, index = arm
     length = hand_length(arm)
     knuckles = 0.5 * (little + index)
@@ -140,7 +140,7 @@ def square_of(arm: Array) -> Region:
 
 
 def followed(places: Array) -> Region:
-    """Return the square about a hand whose landmarks are known, shape (21, 2), for the next picture."""
+    """Return the square for the next picture around a hand with known landmarks, shape (21, 2)."""
     along = _unit(places[_MIDDLE] - places[_WRIST])
     across = np.array([-along[1], along[0]])
     extents = np.stack([places @ across, places @ along], axis=1)
@@ -156,5 +156,5 @@ def _unit(vector: Array) -> Array:
 
 
 def _upwards(along: Array) -> float:
-    """Angle of the square whose upper side is in a direction [rad]."""
+    """Return the angle of the square whose upper side points in a direction [rad]."""
     return math.atan2(float(along[0]), float(-along[1]))

@@ -13,7 +13,7 @@ from studio.engine.seeing.pictures.region import Region
 LANDMARKS = 33
 _POINTS, _MAP = 39, 64
 _MIDDLE, _END = 33, 34
-"""The two further points that say where to cut in the next picture."""
+"""The two further points that give the square of the next picture."""
 
 _REACH = 3
 _LEAST_SURE = 0.5
@@ -21,15 +21,15 @@ _LEAST_SURE = 0.5
 
 @dataclass(frozen=True)
 class RegionPose:
-    """What the network reads in one square.
+    """The network's result for one square.
 
     Attributes:
-        present: how sure a person is there, 0..1.
+        present: certainty that a person is there, 0..1.
         places: of the landmarks in the picture, as in `Region`, shape (33, 2).
-        visibility: how sure each is in sight, 0..1, shape (33,).
-        presence: how sure each is within the picture, 0..1, shape (33,).
-        world_m: about the middle of the hips [m], axes right, down and away of the picture, shape (33, 3).
-        next_region: where the person is, for the next picture.
+        visibility: certainty that each is visible, 0..1, shape (33,).
+        presence: certainty that each is within the picture, 0..1, shape (33,).
+        world_m: relative to the middle of the hips [m], axes right, down and away of the picture, shape (33, 3).
+        next_region: the person's square in the next picture.
     """
 
     present: float
@@ -46,7 +46,7 @@ class LandmarkNetwork:
     Args:
         content: the network's file.
         path: where it came from, for errors.
-        threads: on which it runs.
+        threads: number on which it runs.
 
     Raises:
         FormatError, NotAvailableError: as for `Network`.
@@ -78,7 +78,7 @@ class LandmarkNetwork:
 
 
 def _refined(points: NDArray[np.float64], maps: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return points moved to the middle of their map about them, where the map is sure.
+    """Return points moved to the centre of their map's values around them, where the map is certain.
 
     Args:
         points: 0..1, shape (n, 2).

@@ -22,14 +22,14 @@ class Network:
     Args:
         content: a file of LiteRT (`.tflite`).
         path: where it came from, for errors.
-        outputs: the sizes of the outputs that are wanted: number of elements each; of several the first.
-        threads: on which it runs.
+        outputs: number of elements of each wanted output; the first output of that size is taken.
+        threads: number on which it runs.
 
     Attributes:
         side: width and height of the image.
 
     Raises:
-        FormatError: it is no network with such an input and outputs.
+        FormatError: no network with one image as input and these outputs.
         NotAvailableError: LiteRT is not installed.
     """
 
@@ -80,7 +80,7 @@ def _interpreter() -> Any:
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Keep what LiteRT writes about its own delegates off the terminal; its errors are raised."""
+    """Suppress LiteRT's messages about its own delegates on the terminal; its errors are raised."""
     with _loading, open(os.devnull, "w", encoding="utf-8") as nowhere:
         kept = os.dup(2)
         try:

@@ -1,4 +1,4 @@
-"""Pose networks of others, run by ONNX Runtime."""
+"""Third-party pose networks, run by ONNX Runtime."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +14,7 @@ from studio.engine.seeing.pictures.described import PoseDescription, read_descri
 
 _LANDMARKS = JOINT_SETS["mediapipe"]
 _POINTS = {"simcc": 3, "heatmap": 4}
-"""Number of dimensions of the outputs of a kind."""
+"""Number of dimensions of the outputs, by kind."""
 
 Array = NDArray[np.float64]
 
@@ -30,11 +30,11 @@ class PersonBox:
 
 
 class DescribedNetwork:
-    """A pose network of others; used by one thread at a time.
+    """A third-party pose network; used by one thread at a time.
 
     Args:
         path: of its description.
-        threads: on which it runs.
+        threads: number on which it runs.
 
     Raises:
         FormatError: the description or the network cannot be used.
@@ -51,7 +51,7 @@ class DescribedNetwork:
             self._session = runtime.InferenceSession(
                 self.description.network.read_bytes(), options, providers=["CPUExecutionProvider"]
             )
-        except Exception as error:  # the runtime's own errors have no class in common
+        except Exception as error:  # the runtime's own errors have no common class
             raise _broken(self.description, str(error).splitlines()[0]) from error
         inputs = self._session.get_inputs()
         if len(inputs) != 1 or len(inputs[0].shape) != 4:
@@ -62,14 +62,14 @@ class DescribedNetwork:
         self.read(probe, PersonBox(0.5 * probe.width, 0.5 * probe.height, probe.width, probe.height))
 
     def read(self, picture: Image.Image, person: PersonBox) -> tuple[Array, Array]:
-        """Return the landmarks of a person, shape (33, 2), and scores 0..1, shape (33,); NaN = not among its points.
+        """Return a person's landmarks, shape (33, 2), and scores 0..1, shape (33,); NaN = not among its points.
 
         Args:
             picture: RGB.
-            person: where they are; counts for nothing if the network reads whole pictures.
+            person: the person's box; unused if the network reads whole pictures.
 
         Raises:
-            FormatError: the network gives something else than its description says.
+            FormatError: the network's output differs from its description.
         """
         what = self.description
         box = (
@@ -106,7 +106,7 @@ class DescribedNetwork:
         return [np.asarray(one, np.float64) for one in found]
 
     def _decoded(self, outputs: list[Array]) -> tuple[Array, Array]:
-        """Return points in pixels of the input from its upper left corner, shape (count, 2), and their scores."""
+        """Return points in pixels from the input's upper left corner, shape (count, 2), and their scores."""
         what = self.description
         try:
             if what.kind == "simcc":
@@ -142,13 +142,13 @@ class DescribedNetwork:
 
 
 def _peaks(values: Array) -> tuple[Array, Array]:
-    """Return the places of the highest values in rows, between the bins, and these values, shape (count,) each."""
+    """Return the place of the highest value in each row, between the bins, and the value, shape (count,) each."""
     best = values.argmax(axis=1)
     return best + _tops(values, best), values[np.arange(len(values)), best]
 
 
 def _tops(values: Array, best: NDArray[np.int64]) -> Array:
-    """Return how far beside its highest value each row's parabola through three has its top, -0.5..0.5."""
+    """Return the offset from each row's highest value to the peak of the parabola through three values, -0.5..0.5."""
     every, last = np.arange(len(values)), values.shape[1] - 1
     left, middle, right = (values[every, np.clip(best + step, 0, last)] for step in (-1, 0, 1))
     curve = left - 2 * middle + right
@@ -157,14 +157,14 @@ def _tops(values: Array, best: NDArray[np.int64]) -> Array:
 
 
 def _about(box: PersonBox, margin: float, what: PoseDescription) -> PersonBox:
-    """Return a box larger by a margin, in the shape of the network's input."""
+    """Return a box enlarged by a margin, with the aspect ratio of the network's input."""
     width, height = max(box.width, 1.0) * margin, max(box.height, 1.0) * margin
     shape = what.width / what.height
     return PersonBox(box.x, box.y, max(width, height * shape), max(height, width / shape))
 
 
 def _cut(picture: Image.Image, box: PersonBox, width: int, height: int) -> NDArray[np.uint8]:
-    """Return part of a picture in another size, shape (height, width, 3); black where it is outside."""
+    """Return part of a picture resized to shape (height, width, 3); black outside the picture."""
     left, top = box.x - 0.5 * box.width, box.y - 0.5 * box.height
     rows = (box.width / width, 0.0, left, 0.0, box.height / height, top)
     cut = picture.transform((width, height), Image.Transform.AFFINE, rows, Image.Resampling.BILINEAR)

@@ -1,7 +1,7 @@
-"""The detector of people: where somebody is, and how they are turned.
+"""The detector of people: where they are, and how they are turned.
 
-A detector with one shot (SSD): it reads, at each of its anchors, how sure a person is there, a box about the face and
-four points. The first point is the middle of the hips, the second one is on the circle about the whole person.
+A single-shot detector (SSD): for each of its anchors it gives the certainty of a person, a box around the face and
+four points. The first point is the middle of the hips, the second is on the circle around the whole person.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from studio.engine.seeing.pictures.network import Network
 from studio.engine.seeing.pictures.region import Region
 
 _ROWS = ((8, 2), (16, 2), (32, 6))
-"""Distance of anchors [pixels], and how many there are at a place."""
+"""Distance of anchors [pixels], and their number at each place."""
 
 _VALUES = 12
 _LEAST_SURE = 0.5
@@ -25,11 +25,11 @@ _LARGEST_SCORE = 100.0
 
 @dataclass(frozen=True)
 class Person:
-    """Somebody in a picture.
+    """A person in a picture.
 
     Attributes:
-        region: the square about the whole person.
-        sure: 0..1.
+        region: the square around the whole person.
+        sure: certainty, 0..1.
     """
 
     region: Region
@@ -42,7 +42,7 @@ class PeopleDetector:
     Args:
         content: the network's file.
         path: where it came from, for errors.
-        threads: on which it runs.
+        threads: number on which it runs.
 
     Raises:
         FormatError, NotAvailableError: as for `Network`.
@@ -54,7 +54,7 @@ class PeopleDetector:
         self._anchors = _anchors(self._network.side)
 
     def people(self, picture: Image.Image) -> list[Person]:
-        """Return who is in an RGB picture, the surest first."""
+        """Return the people in an RGB picture, the most certain first."""
         side = self._network.side
         whole = Region.whole(*picture.size)
         image = whole.cut(picture, side).astype(np.float32) / np.float32(127.5) - np.float32(1.0)
@@ -77,11 +77,11 @@ class PeopleDetector:
 
 
 def _groups(boxes: NDArray[np.float64], sure: NDArray[np.float64]) -> list[tuple[NDArray[np.intp], float]]:
-    """Return the rows that show one person each, and how sure the best is.
+    """Return the rows of each person, and their best certainty.
 
     Args:
-        boxes: left, top, right, bottom, shape (n, 4), the surest first.
-        sure: shape (n,).
+        boxes: left, top, right, bottom, shape (n, 4), the most certain first.
+        sure: certainty, shape (n,).
     """
     left = np.arange(len(boxes))
     groups = []
@@ -94,7 +94,7 @@ def _groups(boxes: NDArray[np.float64], sure: NDArray[np.float64]) -> list[tuple
 
 
 def _overlap(box: NDArray[np.float64], boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the share of the common area in the area of both, shape (n,)."""
+    """Return intersection over union of a box with each of the others, shape (n,)."""
     common = np.minimum(box[2:], boxes[:, 2:]) - np.maximum(box[:2], boxes[:, :2])
     both = np.prod(np.maximum(common, 0.0), axis=1)
     areas = np.prod(np.maximum(boxes[:, 2:] - boxes[:, :2], 0.0), axis=1)

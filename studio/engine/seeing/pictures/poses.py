@@ -17,14 +17,14 @@ from studio.engine.seeing.pictures.people import PeopleDetector, Person
 from studio.engine.seeing.pictures.region import Region
 
 WORKING_SIDE = 960
-"""Larger pictures are reduced towards this longer side first: landmarks lose nothing by it."""
+"""Target length of the longer side to which larger pictures are reduced, without loss for the landmarks."""
 
 _LEAST_PRESENT = 0.5
 _LOOK_ABOUT = 60
-"""Every so many pictures the detector counts the people, though the person is not lost."""
+"""Number of pictures between two counts of people while the person is followed."""
 
 _COMPARABLE = 0.6
-"""Of several people, those at least this size of the largest one are as near to the camera."""
+"""Minimum size, relative to the largest person, of people who count as equally near to the camera."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class FoundPose:
     Attributes:
         pixels: the 33 landmarks of BlazePose, shape (33, 2); the centre of the first pixel is at (0, 0).
             They may be outside the picture.
-        visibility: how sure each is in sight, 0..1, shape (33,).
-        presence: how sure each is within the picture, 0..1, shape (33,).
-        world_m: about the middle of the hips, axes of the camera (right, down, away) [m], shape (33, 3).
+        visibility: certainty that each is visible, 0..1, shape (33,).
+        presence: certainty that each is within the picture, 0..1, shape (33,).
+        world_m: relative to the middle of the hips, axes of the camera (right, down, away) [m], shape (33, 3).
         people: number of people in the picture, as last counted.
     """
 
@@ -50,19 +50,19 @@ class FoundPose:
 class PoseFinder:
     """Finds the pose of one person in the pictures of one camera, in their order; used by one thread at a time.
 
-    The detector looks for people at the start and when the person is lost. Of several people, the one nearest to the
-    picture's middle is taken, among those that are about as large as the largest; then that one is followed.
+    The detector looks for people at the start and when the person is lost. Of the people about as large as the
+    largest, the one nearest to the picture's middle is chosen, and then followed.
 
-    A network of others reads the landmarks that it has. The rest, and how the body stands, are those of `full`.
+    A third-party network gives the landmarks that it has. The other landmarks, and the 3D pose, are those of `full`.
 
     Args:
-        model: `lite`, `full` or `heavy`, or a file, see `model_file`; a description is one of a network of others.
-        threads: on which the networks run.
+        model: `lite`, `full` or `heavy`, or a file, see `model_file`; a description means a third-party network.
+        threads: number on which the networks run.
 
     Raises:
         SettingsError: no such model.
         FormatError: a file that is no model.
-        NotAvailableError: the model, or LiteRT, is not here.
+        NotAvailableError: the model or LiteRT is not installed.
     """
 
     def __init__(self, model: str | Path = "full", threads: int = 1) -> None:
@@ -102,7 +102,7 @@ class PoseFinder:
     def _read_by_other(
         self, image: Image.Image, seen: RegionPose
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return places and visibility of the landmarks: those that a network of others has are by that one."""
+        """Return places and visibility of the landmarks, from the third-party network where it has them."""
         if self._other is None:
             return seen.places, seen.visibility
         low, high = seen.places.min(axis=0), seen.places.max(axis=0)
@@ -113,7 +113,7 @@ class PoseFinder:
         return np.where(its[:, None], places, seen.places), np.where(its, sure, seen.visibility)
 
     def _followed(self, image: Image.Image) -> RegionPose | None:
-        """Return the landmarks of the person of the picture before; None = lost, or there was none."""
+        """Return the landmarks of the person in the last picture; None = lost, or nobody was there."""
         if self._region is None or not self._region.usable(*image.size):
             return None
         seen = self._landmarks.read(image, self._region)
@@ -138,7 +138,7 @@ class PoseFinder:
 
 
 def nearest(people: list[Person], width: int, height: int) -> Person:
-    """Return who is nearest to the middle of a picture, among those about as large as the largest."""
+    """Return the person nearest to the middle of a picture, among those about as large as the largest."""
     largest = max(one.region.side for one in people)
     near = [one for one in people if one.region.side >= _COMPARABLE * largest]
     return min(near, key=lambda one: np.hypot(one.region.x - 0.5 * width, one.region.y - 0.5 * height))

@@ -1,4 +1,4 @@
-"""What keeps a camera's pictures from being read well, for people."""
+"""Messages about problems that keep a camera's pictures from being read well."""
 
 from studio.engine.base.sentences import Said, say
 
@@ -6,7 +6,7 @@ NOBODY = say("camera.nobody", "it sees no performer")
 
 
 def several(people: int) -> Said:
-    """Return that more than one person is in the picture."""
+    """Return the message that more than one person is in the picture."""
     return say(
         "camera.several",
         "{n} people are in the picture: the one nearest to its middle is followed, the others should leave it",
@@ -15,10 +15,10 @@ def several(people: int) -> Said:
 
 
 def too_many_pictures(read: float, given: float) -> Said:
-    """Return that pictures are skipped.
+    """Return the message that pictures are skipped.
 
     Args:
-        read, given: pictures a second.
+        read, given: pictures per second.
     """
     return say(
         "camera.skips",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 _MARGIN = 1.25
-"""The square about a person is larger than twice the distance of the two points by this factor."""
+"""Side of the square around a person, relative to twice the distance of the two points."""
 
 _PACE = 0.5
 
@@ -30,7 +30,7 @@ class Region:
 
     @staticmethod
     def whole(width: int, height: int) -> "Region":
-        """Return the smallest square about a picture."""
+        """Return the smallest square around a picture."""
         return Region(0.5 * width, 0.5 * height, float(max(width, height)))
 
     @staticmethod
@@ -39,14 +39,14 @@ class Region:
 
         Args:
             middle: the middle of the hips, shape (2,).
-            end: a point on the circle about the whole person, in the direction of the head, shape (2,).
+            end: a point on the circle around the whole person, in the direction of the head, shape (2,).
         """
         along = np.asarray(end, dtype=np.float64) - middle
         angle = math.atan2(float(along[0]), float(-along[1]))
         return Region(float(middle[0]), float(middle[1]), 2.0 * _MARGIN * float(np.hypot(*along)), angle)
 
     def towards(self, other: "Region") -> "Region":
-        """Return the region between this one and the next picture's: landmarks shake with a square that shakes."""
+        """Return a region between this one and the next picture's, because landmarks jitter with a jittery square."""
         turned = math.remainder(other.angle - self.angle, math.tau)
         return Region(
             self.x + _PACE * (other.x - self.x),
@@ -65,7 +65,7 @@ class Region:
         return np.array([[cosine, -sine], [sine, cosine]])
 
     def cut(self, picture: Image.Image, side: int) -> NDArray[np.uint8]:
-        """Return the square as a picture, shape (side, side, 3); black where it is outside.
+        """Return the square as a picture, shape (side, side, 3); black outside the picture.
 
         Args:
             picture: RGB.
@@ -80,6 +80,6 @@ class Region:
         return np.asarray(cut)
 
     def usable(self, width: int, height: int) -> bool:
-        """Whether its middle is in a picture of this size, and it is no dot and no giant."""
+        """Whether the middle is inside a picture of this size, and the side is neither tiny nor huge."""
         largest = 8.0 * max(width, height)
         return 0 <= self.x <= width and 0 <= self.y <= height and 8.0 < self.side < largest

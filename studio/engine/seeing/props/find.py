@@ -1,4 +1,4 @@
-"""Where a prop is among what cameras see, with nothing known before."""
+"""Search for a prop in what cameras see, without a known pose."""
 
 from collections.abc import Sequence
 
@@ -22,12 +22,12 @@ _SIGMA_M, _SIGMA_RAD = 0.08, 0.5
 def find_prop(
     images: Sequence[SeenImage], fit: PropFit, near_m: Array | None = None, *, within_m: float = 0.5
 ) -> Fitted | None:
-    """Return where a prop is; None where nothing seen has its shape.
+    """Return the pose of a prop; None if nothing that is seen has its shape.
 
     Args:
         images: of one instant.
-        near_m: it is about this place on the stage; None = anywhere.
-        within_m: of that place.
+        near_m: expected place on the stage; None = anywhere.
+        within_m: search radius around that place.
     """
     points = np.concatenate([one.points_m[one.weights > 0.5] for one in images])
     eyes = np.concatenate([np.tile(one.eye_m, ((one.weights > 0.5).sum(), 1)) for one in images])
@@ -53,20 +53,20 @@ def find_prop(
 
 
 def _seeds(points: Array) -> NDArray[np.int64]:
-    """Return the numbers of points that stand for all, one of each cell, evenly chosen."""
+    """Return the indices of representative points, one per cell, evenly chosen."""
     _, first = np.unique(np.floor(points / _CELL_M).astype(int), axis=0, return_index=True)
     chosen = np.unique(np.linspace(0, len(first) - 1, min(_SEEDS, len(first))).round().astype(int))
     return first[chosen]
 
 
 def _quick(shape: RigidShape, points: Array, pose: tuple[Array, Array]) -> float:
-    """Return the number of points on a prop less those beside it."""
+    """Return the number of points on a prop's surface minus those inside it or next to it."""
     d = distances_m(shape, (points - pose[0]) @ pose[1])
     return float((np.abs(d) < _ON_M).sum() - (d < -_ON_M).sum() - ((d > _ON_M) & (d < _BESIDE_M)).sum())
 
 
 def _stick_poses(shape: RigidShape, points: Array, seeds: NDArray[np.int64]) -> list[tuple[Array, Array]]:
-    """Return sticks along the points about each seed, as far along them as points go."""
+    """Return sticks along the points around each seed, at the ends and in the middle of these points."""
     length, axis = float(shape.edges_m.max()), np.eye(3)[axis_of(shape)]
     poses = []
     for seed in points[seeds]:
@@ -95,7 +95,7 @@ def _stick_poses(shape: RigidShape, points: Array, seeds: NDArray[np.int64]) -> 
 def _other_poses(
     shape: RigidShape, points: Array, eyes: Array, seeds: NDArray[np.int64]
 ) -> list[tuple[Array, Array]]:
-    """Return shapes that lie behind each seed, with each of their faces towards it."""
+    """Return poses behind each seed, with each face of the shape towards it."""
     half, poses = shape.edges_m / 2, []
     for seed, eye in zip(points[seeds], eyes[seeds], strict=True):
         ray = (seed - eye) / np.linalg.norm(seed - eye)

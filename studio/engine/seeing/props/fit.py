@@ -1,10 +1,10 @@
 """The pose of a prop that explains what cameras see at an instant.
 
-Points near the prop lie on its surface (signed distance, robust), and no visible part of its surface lies where a
-camera looks through: such a part is so far off as the nearest pixel of the prop. The first holds a prop across, the
-second also along itself, and together they are least squares in the prop's pose. Sources: Fitzgibbon, "Robust
-registration of 2D and 3D point sets", 2003 (distance transform, Levenberg-Marquardt); Schmidt et al., "DART", 2014
-(signed distances together with free space).
+Two residuals form a least-squares problem in the prop's pose. Points near the prop should lie on its surface (signed
+distance, robust). No visible part of its surface should lie where a camera looks through: the residual is that part's
+distance from the nearest pixel of the prop. The first fixes a prop across its length, the second also along it.
+Sources: Fitzgibbon, "Robust registration of 2D and 3D point sets", 2003 (distance transform, Levenberg-Marquardt);
+Schmidt et al., "DART", 2014 (signed distances together with free space).
 """
 
 import math
@@ -24,12 +24,12 @@ Array = NDArray[np.float64]
 
 _SIGMA_M = 0.01
 _ALIKE = 8.0
-"""Errors of neighbouring pixels are alike: so many count as one."""
+"""Pixels that count as one, because errors of neighbours are correlated."""
 
 _GATE_M = 0.10
 _BESIDE_M = 0.07
 _THROUGH_M = 0.06
-"""A camera looks through a place if it sees something so far behind it."""
+"""Least distance behind a place that a camera must see to look through it."""
 
 _MOST_OFF_M = 0.10
 _MOST_POINTS = 200
@@ -55,7 +55,7 @@ class PropPose:
         return PropPose(np.asarray(place_m, np.float64), turn, np.zeros(3), np.zeros(3))
 
     def after(self, seconds: float) -> "PropPose":
-        """Return it later, at constant velocities."""
+        """Return the prop's pose after a time, at constant velocities."""
         turned = turned_by(self.spin_rad_s * seconds) @ self.turn
         return replace(self, place_m=self.place_m + self.speed_m_s * seconds, turn=turned)
 
@@ -66,9 +66,9 @@ class Fitted:
 
     Attributes:
         on: number of pixels on the surface.
-        beside: number of pixels that stand out of it by less than its surroundings reach, hands left out.
+        beside: number of pixels outside the surface but within its surroundings, hands left out.
         share: of the visible surface that was seen, 0..1.
-        visible: share of the surface that faces cameras and that nothing hides, 0..1.
+        visible: share of the surface that faces cameras and is not occluded, 0..1.
     """
 
     pose: PropPose
@@ -84,12 +84,12 @@ class Fitted:
 
     @property
     def doubtful(self) -> bool:
-        """Whether another place may explain more."""
+        """Whether another pose may explain more."""
         return not self.holds or self.share < 0.75 or self.beside > 0.25 * self.on
 
     @property
     def worth(self) -> float:
-        """The larger, the better."""
+        """Score of the pose; larger is better."""
         return (self.on - self.beside) * self.share
 
 
@@ -119,7 +119,7 @@ class PropFit:
     def fit(
         self, images: Sequence[SeenImage], first: PropPose, sigma_m: float = 0.03, sigma_rad: float = 0.2
     ) -> Fitted:
-        """Return the pose near `first`, which is trusted as far as the standard deviations tell."""
+        """Return the best pose near `first`, which is a prior with these standard deviations."""
         views = [_FitView(one, self.shape, first) for one in images]
         pose, damping = first, 1e-3
         for step in range(_STEPS):
@@ -204,7 +204,7 @@ class PropFit:
 
 
 class _FitView:
-    """An image as one fit uses it: points near the prop, and how far each pixel is from one of them."""
+    """An image as one fit uses it: points near the prop, and each pixel's distance from the nearest of them."""
 
     def __init__(self, image: SeenImage, shape: RigidShape, first: PropPose) -> None:
         self.image = image
@@ -241,8 +241,8 @@ class _FitView:
     def off_m(
         self, places: Array, normals: Array, middle: Array
     ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return of points of the surface how far they are from where the prop was seen [m], whether something hides
-        them or they are out of view, and whether they face the camera."""
+        """Return for points of the surface: distance from where the prop was seen [m], whether they are occluded, at
+        a performer or out of view, and whether they face the camera."""
         image = self.image
         local = transform_points(image.T_camera_stage, places)
         faces = np.einsum("ij,ij->i", normals, image.eye_m - places) > 0

@@ -1,8 +1,8 @@
 """A prop over a take: found once, then followed forwards and backwards from frame to frame.
 
-From one instant to the next it moves on at constant velocities, and the fit corrects it. Where too little of it is
-seen it is lost, and looked for again. What cannot be seen, a ball's orientation and a stick's turn about itself, goes
-on without a jump.
+Constant velocities predict the next instant, and the fit corrects the prediction. A prop of which too little is seen
+is lost and searched for again. Rotations that cannot be seen, those of a ball and of a stick about itself, continue
+without a jump.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,16 +21,16 @@ from studio.engine.seeing.props.sight import SeenImage
 
 Array = NDArray[np.float64]
 Look = Callable[[int], Sequence[SeenImage]]
-"""Gives what cameras see at an instant, by its number."""
+"""Returns what cameras see at an instant, by the instant's index."""
 
 _ABOUT_M = 0.15
 _COAST_S, _AGAIN_S, _BEGIN_S = 0.15, 0.2, 0.5
 _KEPT = 0.5
-"""Share of a velocity's change that is believed."""
+"""Share of a velocity's change that is adopted."""
 
 _FASTEST_M_S, _FASTEST_RAD_S = 12.0, 40.0
 _LEAST_S, _LOST = 0.2, 2
-"""A shorter piece is not believed; instants further apart than this, in which it was lost, part pieces."""
+"""Shortest piece of motion that is kept [s]; largest step between instants within a piece."""
 
 _SMOOTH = 7
 
@@ -43,7 +43,7 @@ class FollowedProp:
         time_s: stage time [s], shape (n,).
         places_m: of its origin on the stage [m], shape (n, 3).
         rotations_wxyz: shape (n, 4).
-        looked: the number of instants at which it was looked for.
+        looked: number of instants at which the prop was searched for.
     """
 
     time_s: Array
@@ -66,7 +66,7 @@ def follow_prop(
         time_s: stage times of the instants [s], shape (n,), increasing.
         look: see `Look`.
         shape: of the prop.
-        start: a stage time [s] and a place [m] at which it is; None = it is looked for.
+        start: a stage time [s] and the prop's place [m] then; None = it is searched for.
         progress: receives the share done.
     """
     fit = PropFit(shape)
@@ -112,7 +112,7 @@ def _begin(
 
 
 class _Follower:
-    """Goes one way through the instants."""
+    """Follows a prop through the instants in one direction."""
 
     def __init__(self, fit: PropFit, time_s: float, pose: PropPose) -> None:
         self._fit = fit
@@ -142,7 +142,7 @@ class _Follower:
         return self._pose
 
     def _other(self, images: Sequence[SeenImage], guess: PropPose, found: Fitted) -> Fitted:
-        """Return what explains more than what was found from the guess, if there is such a place about it."""
+        """Return a better pose near the guess than the one found from it, if there is one; else the one found."""
         other = find_prop(images, self._fit, guess.place_m, within_m=_ABOUT_M)
         if other is None or other.worth <= max(found.worth, 0.0) * 1.1:
             return found
@@ -153,7 +153,7 @@ class _Follower:
         return bool(np.linalg.norm(pose.place_m - guess.place_m) < 0.15 * longer)
 
     def _take(self, time_s: float, pose: PropPose, guess: PropPose, dt: float) -> PropPose:
-        """Take a pose and what it says of the velocities."""
+        """Adopt a pose, and update the velocities with it."""
         speed = guess.speed_m_s + _KEPT * (pose.place_m - guess.place_m) / dt
         turned = Rotation.from_matrix(pose.turn @ guess.turn.T).as_rotvec()
         spin = guess.spin_rad_s + _KEPT * turned / dt
@@ -164,7 +164,7 @@ class _Follower:
         return self._pose
 
     def _like_before(self, turn: Array) -> Array:
-        """Return a rotation that looks the same and is nearest to the last one."""
+        """Return the rotation nearest to the last one among those that look the same."""
         shape, before = self._fit.shape, self._pose.turn
         if shape.kind == "sphere":
             return before
@@ -177,7 +177,7 @@ class _Follower:
 
 
 def _same_boxes(edges_m: Array) -> list[Array]:
-    """Return the turns after which a box looks the same."""
+    """Return the rotations after which a box looks the same."""
     found = []
     for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (1, 0, 2), (0, 2, 1), (2, 1, 0)):
         if np.abs(edges_m[list(order)] - edges_m).max() > 1e-6:
@@ -215,7 +215,7 @@ def _smooth(time_s: Array, poses: dict[int, PropPose], shape: RigidShape) -> Fol
 
 
 def _parabola(time_s: Array, values: Array) -> Array:
-    """Return values smoothed by a parabola through the `_SMOOTH` instants about each."""
+    """Return values smoothed by a parabola fitted to the `_SMOOTH` instants around each."""
     out = values.copy()
     half = _SMOOTH // 2
     for k in range(half, len(time_s) - half):

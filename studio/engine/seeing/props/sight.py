@@ -1,4 +1,4 @@
-"""What depth cameras see at an instant that is neither room nor performer."""
+"""What depth cameras see at an instant, without the room and the performers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ _RADII_M = {
     "spine": 0.19, "chest": 0.20, "neck": 0.16, "head": 0.15, "shoulder": 0.14, "elbow": 0.085, "wrist": 0.075,
     "hip": 0.17, "knee": 0.12, "ankle": 0.10, "toe": 0.10,
 }  # fmt: skip
-"""Of the flesh and clothes about the bone that ends at a joint, with what a solve may be off."""
+"""Radius of flesh and clothes around the bone that ends at a joint, including the error of a solve."""
 
 _BONES = [(INDEX[child], INDEX[parent], _RADII_M[child.split("_")[-1]])
           for child, parent in PARENT_OF_CANONICAL.items() if not child.endswith("hand")]  # fmt: skip
 _TOP_M = 0.10
-"""The top of the head is so far beyond its joint."""
+"""Distance of the top of the head beyond its joint."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +35,10 @@ class SeenImage:
     Attributes:
         camera: its lens. T_camera_stage: takes stage points to it.
         z_m: of every pixel, 0 = no reading, shape (H, W).
-        pixels: row and column of what is neither room nor performer, shape (n, 2).
-        points_m: these on the stage, shape (n, 3).
-        weights: of these, less near a hand, shape (n,).
-        after_s: how much later than the instant it was taken.
+        pixels: row and column of pixels of neither room nor performer, shape (n, 2).
+        points_m: the same on the stage, shape (n, 3).
+        weights: of these, smaller near a hand, shape (n,).
+        after_s: delay of the image after the instant.
     """
 
     camera: DepthCamera
@@ -51,7 +51,7 @@ class SeenImage:
 
     @property
     def eye_m(self) -> Array:
-        """The camera on the stage."""
+        """The camera's position on the stage."""
         return -self.T_camera_stage[:3, :3].T @ self.T_camera_stage[:3, 3]
 
 
@@ -61,7 +61,7 @@ class PropCamera:
     Args:
         camera: its lens.
         T_stage_camera: its pose.
-        images: some of the take, evenly over it [mm]: what is there most of the time, and farthest, is the room.
+        images: evenly spread over the take [mm]: the room is what is there most of the time, and farthest away.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class PropCamera:
         self._behind = np.where(seldom, np.inf, behind)
 
     def see(self, depth_mm: NDArray[np.uint16], after_s: float, people: Sequence[Array]) -> SeenImage:
-        """Return what an image has beside the room and people, canonical joints on the stage [m], (21, 3) each."""
+        """Return an image without the room and `people`, given as canonical joints on the stage [m], (21, 3) each."""
         z = depth_mm.astype(np.float32) * np.float32(0.001)
         front = (z > 0) & (z < self._behind - (0.05 + 0.006 * z * z)) & _confirmed(z)
         pixels = np.argwhere(front)
@@ -98,7 +98,7 @@ class PropCamera:
 
 
 def _confirmed(z: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Whether two neighbours of eight have about a pixel's depth: others are mixtures of near and far."""
+    """Whether two of a pixel's eight neighbours have about its depth; if not, it is a mixture of near and far."""
     tall, wide = z.shape
     padded = np.zeros((tall + 2, wide + 2), np.float32)
     padded[1:-1, 1:-1] = z

@@ -20,8 +20,8 @@ def is_long(shape: RigidShape) -> bool:
 
 
 def turns_of(shape: RigidShape) -> Array:
-    """Return the axes of the body about which turns can be seen, shape (k, 3): none of a ball's, and not that along a
-    cylinder."""
+    """Return the body's axes about which rotations can be seen, shape (k, 3): none for a ball, and not a cylinder's
+    own axis."""
     if shape.kind == "sphere":
         return np.empty((0, 3))
     if shape.kind == "cylinder":
@@ -78,7 +78,7 @@ def _steps(half: float, spacing: float) -> Array:
 
 
 def _ball(count: int) -> Array:
-    """Return directions evenly about a ball. Source: the Fibonacci lattice."""
+    """Return directions spread evenly over a ball. Source: the Fibonacci lattice."""
     k = np.arange(count) + 0.5
     z, angle = 1.0 - 2.0 * k / count, np.pi * (1.0 + 5.0**0.5) * k
     r = np.sqrt(1.0 - z * z)

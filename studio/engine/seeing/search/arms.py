@@ -1,4 +1,4 @@
-"""Recovery of both arms at once. Each may lie on the other's points, which then appear explained, so that neither is
+"""Recovery of both arms at once. If each lies on the other's points, all points appear explained, and neither arm is
 found alone.
 """
 
@@ -11,7 +11,7 @@ from studio.engine.seeing.search.start import cost_of
 
 ARMS: tuple[int, int] = (PARTS.index("left_arm"), PARTS.index("right_arm"))
 _BETTER = 0.7
-"""Another pose of both arms must leave less than this share of the residual."""
+"""Largest share of the residual that another pose of both arms may leave."""
 _ELSEWHERE_M = 10.0
 
 
@@ -26,7 +26,7 @@ def both_found(
 ) -> Pose:
     """Return the pose with both arms moved, if that reduces the residual enough.
 
-    One arm is searched without the other, then the other one.
+    The first arm is searched without the other, then the other arm.
     """
     first, second = (limb for limb in search.limbs if limb.part in ARMS)
     distance = fitter.match(figure, pose, points)[-1]

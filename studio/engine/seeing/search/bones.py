@@ -1,8 +1,8 @@
-"""Joints whose bones lie on points that other bones explain as well, and of a trunk that is twisted to its limit.
+"""Joints that the points do not determine: other bones explain the points as well, or the trunk is at a twist limit.
 
-Such a body lies on its points and may still be wrong: a folded arm explains them as one that is stretched towards the
-camera does, a shin on the other leg explains none of its own. In a trunk at the end of its twist, shoulders and hips
-are drawn to different headings, and one of them is wrong.
+Such a body lies on its points and may still be wrong: a folded arm explains the same points as an arm stretched
+towards the camera, and a shin on the other leg explains no points of its own. In a trunk at a twist limit,
+shoulders and hips are drawn to different headings, and one of them is wrong.
 """
 
 from typing import NamedTuple
@@ -25,9 +25,9 @@ from studio.engine.seeing.fitting.fit import (
 Array = NDArray[np.float64]
 
 SURE = np.log(20.0)
-"""Log-likelihood that a bone must add to a body without it."""
+"""Least log-likelihood that a bone must add to the body without it."""
 _AT_LIMIT = 0.99
-"""Share of its limit from which a hinge is at it."""
+"""Share of its limit from which a hinge counts as at the limit."""
 _LIMBS = [(side, limb) for side in ("Left", "Right") for limb in ("arm", "leg")]
 _BONES = {"arm": ("Arm", "ForeArm", "Hand"), "leg": ("UpLeg", "Leg", "Foot", "ToeBase")}
 _UPPER, _LOWER, _NEXT = (
@@ -40,10 +40,10 @@ _ARM = np.array([limb == "arm" for _, limb in _LIMBS])
 
 
 class Untold(NamedTuple):
-    """Which joints the points do not tell, in the order of `confidence.LIMB_JOINTS`, shape (12,).
+    """Flags of joints that the points do not determine, in the order of `confidence.LIMB_JOINTS`, shape (12,).
 
     Attributes:
-        now: of these images; a wrist is found anew in one. lately: the others, which stay in doubt for some frames,
+        now: in doubt for these images only; a wrist is found again within one. lately: in doubt for some frames,
             because the body moves to points step by step.
     """
 
@@ -52,10 +52,10 @@ class Untold(NamedTuple):
 
 
 def untold(fitter: Fitter, figure: BodyShape, fit: Fit, points: MeasuredPoints) -> Untold:
-    """Return the joints that the points do not tell.
+    """Return the joints that the points do not determine.
 
-    A wrist or ankle needs points on the far half of its forearm or shin, a hip on its thigh, that no other bone
-    explains as well, the limb's own among them. Shoulder and elbow of an arm that is bent by more than a right angle
+    A wrist or ankle needs points on the far half of its forearm or shin, and a hip on its thigh, that no other bone
+    explains as well, including bones of the same limb. Shoulder and elbow of an arm bent by more than a right angle
     need such points on one of its bones.
     """
     places = fitter.place(figure, fit.pose)[0]
@@ -95,8 +95,8 @@ def log_likelihoods(figure: BodyShape, fit: Fit, added: Array) -> Array:
 
 
 def added_by(own_m: Array, others_m: Array) -> Array:
-    """Return the log-likelihood of points that lie so far from their own bone, and from others [m], above that
-    without their own."""
+    """Return the log-likelihood that points gain from their own bone, by their distances from it and from others
+    [m]."""
     own, others = (np.minimum(some, REACH_M) ** 2 for some in (own_m, others_m))
     return POINT_SHARE / (2.0 * POINT_SIGMA_M**2) * (others - own)
 

@@ -10,11 +10,11 @@ _BAD_LIMB_M2 = 1.0
 _UNSURE = 0.5
 """Mean confidence of the limbs below which a frame does not fit."""
 _DOUBT = 8
-"""Number of frames without a fit after which other headings are tried, one in a frame."""
+"""Number of frames without a fit after which other headings are tried, one per frame."""
 _TURNS = np.radians([0.0, 180.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0])
 _NONE = _TURNS[:0]
 _PAUSE = 40
-"""Frames before they are tried again."""
+"""Frames before the headings are tried again."""
 _JUMPED, _NEW = 0.5, 0.1
 """A body jumped if its mean confidence falls below the first share of the usual one; all headings are then tried at
 once. The second is a frame's weight in the usual one.
@@ -25,7 +25,7 @@ class Doubt:
     """Quality of a body's fit over time.
 
     Attributes:
-        lost: it has explained so few points, for so long, that a new search is needed.
+        lost: the body has explained few points for so long that a new search is needed.
     """
 
     def __init__(self) -> None:
@@ -45,8 +45,8 @@ class Doubt:
         Args:
             explained: share of the points near the body.
             worst_limb_m2: largest residual of a limb [m2].
-            sure: mean confidence of the limbs, of the frame before.
-            turning: the body may be lost in a turn; one heading is tried.
+            sure: mean confidence of the limbs in the frame before.
+            turning: whether the body may be lost in a turn; then one heading is tried.
         """
         bad = explained < _EXPLAINED_SHARE or worst_limb_m2 > _BAD_LIMB_M2 or sure < _UNSURE
         self._frames = self._frames + 1 if bad else max(self._frames - 2, 0)

@@ -5,8 +5,8 @@ the other side. The residuals of the two fits show the flip: feet point forwards
 the trunk lies before or behind its joints. One image is enough in most cases; several in a
 row are used. A head that faces the wrong way is further evidence.
 
-Most flips begin as a body that stays in profile while the person turns on. The head's direction is measured from the
-side as well as from before, so a body is restarted in that direction.
+Most flips begin with a body that stays in profile while the person continues to turn. The head's direction is
+measured from the side as well as from the front, so a body is restarted in that direction.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ _FITTED, _REACH_M = 4, 0.12
 _LEGS_HEIGHT = 0.47
 """Share of the height below which points belong to the legs. They show front and back best and count twice."""
 _USED = np.array([i for i, name in enumerate(CANONICAL) if not name.endswith(("toe", "hand"))])
-"""Joints that keep their place in a turn: all but those that point forwards."""
+"""Joints that a turn leaves in place: all but those that point forwards."""
 
 
 def turned_round(fitter: Fitter, figure: BodyShape, pose: Pose, posture: Array) -> Pose:
@@ -90,18 +90,18 @@ def forwards(pose: Pose) -> Array:
 _SURELY = 0.7
 """Confidence of a head's direction from which a body with that heading is tried."""
 _ASIDE = np.radians(30.0)
-"""Angle between head and body beyond which either the head glances, or the body lags behind a turn. From the side
-both explain the points well, so a body that explains them well is tried too.
+"""Angle between head and body beyond which either the head glances aside, or the body lags behind a turn. From the
+side both explain the points well, so even a body that explains them well is compared with one turned to the head.
 """
 _DOUBTED, _SIDE = 0.65, np.radians(45.0)
-"""Below this mean confidence, headings on either side of the head's direction are tried, because heads turn on
-shoulders."""
+"""Mean confidence below which headings on either side of the head's direction are tried, because heads turn on
+shoulders; angle to these headings."""
 _ASIDE_BETTER, _BETTER = 0.9, 0.8
-"""Share of the residual that a body restarted at the head's direction, or beside it, may leave."""
+"""Largest share of the residual that a body restarted at the head's direction, or to its side, may leave."""
 
 
 def aside_of(face: Array, pose: Pose) -> float | None:
-    """Return the angle from a body's heading to its head's direction [rad], None where it is not certain;
+    """Return the angle from a body's heading to its head's direction [rad], None if that is uncertain;
     `face`: see `Heads.face`.
     """
     ahead = forwards(pose)
@@ -112,7 +112,7 @@ def aside_of(face: Array, pose: Pose) -> float | None:
 _OFTEN, _SELDOM = 4, 30
 """Frames between two tests: if front and back may have been exchanged lately, and otherwise."""
 _GLANCE = 2
-"""Frames between two looks at the head's direction, if front and back may have been exchanged lately."""
+"""Frames between two checks of the head's direction, if front and back may have been exchanged lately."""
 _LATELY = 60
 _PROFILE = 0.5
 """Cosine of the angle between heading and view below which a camera sees the body from the side."""
@@ -121,7 +121,7 @@ _KEPT = 0.9
 _MOST = 0.1
 """Largest weight of one test, and of all evidence for the tracked body, because one image may mislead."""
 _AGAINST = -0.1
-"""A head's direction below this causes a test."""
+"""Agreement of head and body below which front and back are tested soon."""
 _HEAD = 0.3
 """Weight of a head that certainly faces straight ahead."""
 _TURNED = -0.25
@@ -129,7 +129,7 @@ _TURNED = -0.25
 
 
 class FacingWatch:
-    """Schedule and results of the tests whether front and back are exchanged."""
+    """Schedule and results of the tests for exchanged front and back."""
 
     def __init__(self) -> None:
         self._unsure = _LATELY
@@ -144,12 +144,12 @@ class FacingWatch:
 
     @property
     def glances(self) -> bool:
-        """Whether to check in this frame if the head faces aside."""
+        """Whether to check in this frame for a head that faces aside."""
         return self.unsure and self._since % _GLANCE == 0
 
     def to_try(self, face: Array, pose: Pose, sure: float) -> tuple[float, float] | None:
-        """Return the turn of a restarted body [rad], and the share of the residual that it may leave;
-        None where the head gives no reason.
+        """Return the turn of a restarted body [rad], and the largest share of the residual that it may leave;
+        None if the head gives no reason.
 
         Args:
             face: see `Heads.face`.
@@ -166,7 +166,7 @@ class FacingWatch:
         return None
 
     def looks(self) -> bool:
-        """Whether to measure the head's direction in this frame."""
+        """Count a frame; return whether to measure the head's direction in it."""
         self._since += 1
         return self._since % _OFTEN == 0
 
@@ -175,7 +175,7 @@ class FacingWatch:
 
         Args:
             views: horizontal unit vectors from the cameras to the body, shape (camera_count, 2).
-            head_ahead: see `told`; None where it was not measured.
+            head_ahead: see `told`; None if it was not measured.
         """
         self._unsure = _LATELY if np.abs(views @ forwards(pose)).max() < _PROFILE else self._unsure - 1
         if head_ahead is not None and head_ahead < _AGAINST:

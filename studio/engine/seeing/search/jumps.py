@@ -1,4 +1,4 @@
-"""Jumps: joints of a body that was begun anew, or that nothing told, are not to be relied on for a while."""
+"""Jumps: for a while, joints that a restart moved or that the images did not determine are unreliable."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,20 +11,21 @@ Array = NDArray[np.float64]
 _KEPT = 0.93
 """Share of a jump that is kept per frame."""
 _MOST_M = 0.2
-"""A jump counts as no more [m]: an arm that was elsewhere is not in doubt for longer than a trunk."""
+"""Largest counted jump [m], so that an arm that was elsewhere is not doubted for longer than a trunk."""
 _UNTOLD_M = 0.1
-"""Least expected error of a joint that the images do not tell [m]."""
+"""Least expected error of a joint that the images do not determine [m]."""
 
 
 class Jumps:
-    """How far each joint has lately jumped.
+    """Recent jump of each joint.
 
-    A body that is turned round or begun anew has two poses for the same images, as has one that begins with a pose
-    that is hardly better than another. Its joints may be as far off as these are apart, until some frames have not
-    contradicted the later one. Joints that the images did not tell are doubted for some frames for the same reason.
+    A body that is turned round or restarted has two poses for the same images, and so has a body whose first pose is
+    hardly better than another. Its joints may be wrong by the distance between the poses, until some frames have not
+    contradicted the later pose. Joints that the images did not determine are doubted for some frames for the same
+    reason.
 
     Attributes:
-        lately_m: jumps and such doubts [m] that fade within about half a second, shape (joint_count,).
+        lately_m: jumps and doubts [m] that fade within about half a second, shape (joint_count,).
     """
 
     def __init__(self, joint_count: int) -> None:
@@ -40,7 +41,7 @@ class Jumps:
         self.lately_m = np.maximum(self.lately_m, np.minimum(jump_m, _MOST_M))
 
     def least_m(self, untold: Untold) -> Array:
-        """Add the joints that an instant's images do not tell; return the least error of each joint [m], shape
+        """Add the joints that an instant's images do not determine; return the least error of each joint [m], shape
         (joint_count,).
         """
         lately, now = LIMB_JOINTS[untold.lately], LIMB_JOINTS[untold.now]

@@ -1,4 +1,4 @@
-"""Schedule of limb searches: a limb with a large residual is searched, in every other frame while nothing is
+"""Schedule of limb searches: a limb with a large residual is searched, but only in every other frame while nothing is
 found."""
 
 import numpy as np
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from studio.engine.seeing.fitting.cones import PARTS
 
 _LEAST_M2 = 0.12
-"""A limb with a smaller residual is in place [m2]."""
+"""Residual below which a limb is in place [m2]."""
 _PAUSE = 1
 """Frames to wait after a search without a result."""
 _KEPT = 0.93
@@ -18,7 +18,7 @@ class LimbWatch:
     """Residual of each part, and the limbs to search.
 
     Attributes:
-        costs_m2: of the last frame, by part, shape (5,). lately_m2: the largest of about the last half second.
+        costs_m2: of the last frame, by part, shape (5,). lately_m2: largest in about the last half second.
     """
 
     def __init__(self) -> None:

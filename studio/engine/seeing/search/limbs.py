@@ -34,12 +34,12 @@ _ELSEWHERE_M = 0.05
 _LOST_M2 = 0.12
 """Cost from which a limb is searched [m2], for a body with 1,000 points."""
 _UNREAD_LOST_M2, _UNREAD_SHARE = 0.6, 0.4
-"""The same for a limb of which this share is not read: hands and folds of clothes are no such limb."""
+"""The same for a limb of which more than this share is not read, so that hands and folds of clothes do not count."""
 _RESTING = 16.0
 """Weight of the resting posture of a limb that is not read, relative to the usual one."""
 _BETTER = 0.75
 _BETTER_M2 = 0.08
-"""Another pose must cost less than this share, and less by this much [m2]."""
+"""Largest cost of another pose, as a share of the present cost, and least reduction [m2]."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +47,10 @@ class SearchedLimb:
     """One limb: its part, bodies, cones, angles and steps, and its possible poses.
 
     Attributes:
-        poses: angles, shape (pose_count, limb_dof_count), the first `CANDIDATES` far from each other.
+        poses: angles, shape (pose_count, limb_dof_count); the first `CANDIDATES` are far from each other.
         ends: start of its last cone in these poses, in the frame of the limb's parent body [m], shape (pose_count,
             3).
-        samples: its places that are tested for free space; see `free_samples`.
+        samples: places on it that are tested for free space; see `free_samples`.
     """
 
     part: int
@@ -94,7 +94,7 @@ class LimbSearch:
         points: MeasuredPoints,
         lost: Array,
     ) -> Array:
-        """Return angles to try: expected, spread over the reach, and with the end at unexplained points.
+        """Return angles to try: the expected ones, a spread over the reach, and some that reach unexplained points.
 
         Args:
             lost: distance of each point to the body [m].
@@ -155,7 +155,7 @@ class LimbSearch:
     ) -> tuple[Pose, float]:  # fmt: skip
         """Return the pose, with the limb moved if that reduces the residual enough, and its cost [m2].
 
-        A leg that no camera reads stays unless much is left unexplained.
+        A leg that no camera reads stays unless many points remain unexplained.
 
         Args:
             distance: of each point to each part [m], shape (point_count, 5), at `pose`.
@@ -200,7 +200,7 @@ class LimbSearch:
 def resting(
     prior: Prior, pose: Pose, limbs: tuple[SearchedLimb, ...], silhouettes: tuple[Silhouette, ...]
 ) -> Prior:
-    """Return the prior in which limbs that no camera reads stay as in `pose` and are drawn to their rest."""
+    """Return the prior with limbs that no camera reads kept as in `pose` and drawn to their resting posture."""
     for limb in limbs:
         if _is_unread(limb, silhouettes):
             angles = np.where(limb.moving[ROOT_DOFS:], pose.angles, prior.pose.angles)
@@ -210,7 +210,7 @@ def resting(
 
 
 def _is_unread(limb: SearchedLimb, silhouettes: tuple[Silhouette, ...]) -> bool:
-    """Return whether no reading says nothing of most of the limb, in every image."""
+    """Return whether a large enough share of the limb lacks readings in every image."""
     if not silhouettes:
         return False
     cone = limb.samples[:, 0].astype(np.int64)
@@ -231,7 +231,7 @@ def spread_poses(
     bodies: NDArray[np.int64],
     cones: NDArray[np.int64],
 ) -> tuple[Array, Array]:
-    """Return a limb's angles, shape (pose_count, dof_count), and the start of its last cone in them, (pose_count, 3).
+    """Return a limb's poses: angles, shape (pose_count, dof_count), and start of its last cone, (pose_count, 3).
 
     Drawn from a Halton sequence over each angle's usual range within its limits; the first `CANDIDATES` are those
     whose joints lie farthest from all chosen before (Gonzalez, 1985).

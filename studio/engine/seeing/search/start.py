@@ -25,9 +25,9 @@ _HALF_DEPTH_M, _HALF_BREADTH_M = 0.09, 0.16
 _FACING_AWAY_COST_M2 = 1.0
 """Penalty of a start that faces away from the cameras [m2], because people usually start facing them."""
 _STRANGER = 0.6
-"""A new person is the known performer unless another figure leaves less than this share of the residual."""
+"""Share of the known performer's residual below which another figure shows that a new person is somebody else."""
 BETTER = 0.6
-"""A pose is better than another if it leaves less than this share of the residual."""
+"""Share of another pose's residual below which a pose is better."""
 _CAP_M = 0.15
 _HEAD = 0.2
 """Logarithm of the cost factor of a start whose heading contradicts a certain head direction."""
@@ -42,7 +42,7 @@ seventh at twelve (Stratz, "Der Koerper des Kindes", 1909); the sitting height 0
 
 @dataclass(frozen=True)
 class Start:
-    """A pose found, with its figure and its residual per point [m2], and poses that it is no better than."""
+    """A first pose, with its figure and its residual per point [m2], and poses that are about as good."""
 
     figure: BodyShape
     fit: Fit
@@ -51,7 +51,7 @@ class Start:
 
 
 def height_of(points: MeasuredPoints) -> float:
-    """Return the height of the person [m], within the human range; raised arms do not count."""
+    """Return the height of the person [m], within the human range, not counting raised arms."""
     heights = points.places[:, 2]
     top = float(np.percentile(heights, 99.5))
     trunk = (heights > _LIKELY_TRUNK[0] * top) & (heights < _LIKELY_TRUNK[1] * top)
@@ -64,7 +64,7 @@ def height_of(points: MeasuredPoints) -> float:
 
 
 def shape_of_height(height_m: float) -> Array:
-    """Return the usual shape of a height: small people are children, with a larger head and shorter legs."""
+    """Return the usual shape for a height: small people are children, with a larger head and shorter legs."""
     shape = np.zeros(len(SHAPE))
     for name, scales in _BY_STATURE.items():
         shape[SHAPE.index(name)] = np.log(np.interp(height_m, _STATURES_M, scales))
@@ -122,7 +122,7 @@ def cost_of(
 
 
 def head_says(ahead: float) -> float:
-    """Return the cost factor for a head that faces as the body does (1), or the other way (-1)."""
+    """Return the cost factor for a head that faces the same way as the body (1), or the opposite way (-1)."""
     return float(np.exp(-_HEAD * ahead))
 
 
@@ -171,7 +171,7 @@ def cold_start(
 def marked_standing(
     fitter: Fitter, points: MeasuredPoints, silhouettes: tuple[Silhouette, ...]
 ) -> tuple[Silhouette, ...]:
-    """Return the silhouettes with what is not read of a usual body that stands at the points; see `marked`."""
+    """Return the silhouettes, marked with the unread places of a usual body standing at the points; see `marked`."""
     figure = BodyShape.of(shape_of_height(height_of(points)))
     stance = standing(figure, points, yaws(points)[0], fitter.limits.rest)
     return marked(fitter, figure, stance, silhouettes, points)
@@ -186,8 +186,8 @@ def best_start(
     posture: Array,
     ahead: Callable[[BodyShape, Pose], float],
 ) -> Start:
-    """Return the start of the known performer's figure, or of a usual one of the points' height that fits much
-    better; arguments as of `cold_start`.
+    """Return the start of the known performer's figure, or of a usual figure of the points' height if that fits much
+    better; arguments as for `cold_start`.
     """
     usual = BodyShape.of(shape_of_height(height_of(points)))
     figures = [usual] if known is None else [known, usual]

@@ -1,6 +1,7 @@
 """Legs that no camera reads: out of range, in dark clothes, behind furniture, beyond the picture's edge.
 
-No reading is no free space for them. They hang as bodies do until a camera reads them, and their joints are doubted.
+For them, cells without readings are not free space. They hang at rest until a camera reads them, and their joints are
+doubted.
 """
 
 from typing import NamedTuple
@@ -35,15 +36,15 @@ from studio.engine.seeing.search.bones import SURE, added_by, log_likelihoods
 Array = NDArray[np.float64]
 
 _UNREAD_SHARE = 0.3
-"""A leg of which more than this share is not read is not read from there to its end."""
+"""Unread share above which a leg is unread from its first unread place to its end."""
 _MARGIN = 60
-"""Cells around the performer in which the nearest unread cell is known."""
+"""Margin around the performer in which the nearest unread cell is known [cells]."""
 _READ_M = 0.10
-"""A place on a limb is read if a point lies within this distance [m]."""
+"""Distance within which a point makes a place on a limb read [m]."""
 _ON_BONE_M, _FEW = 0.06, 4
-"""A place that has fewer points within this distance of the surface [m] is not read."""
+"""Distance from the surface within which points count [m], and number below which a place is not read."""
 _HIDDEN_SHARE = 0.6
-"""A bone is hidden if no camera shows more than the rest of it."""
+"""Share of a bone's samples from which it is hidden if no camera shows them."""
 _LEGS = [PARTS.index(f"{side}_leg") for side in ("left", "right")]
 _FOREARMS_AND_SHINS = [
     BODY_JOINTS.index(f"{side}{b}") for side in ("Left", "Right") for b in ("ForeArm", "Leg")
@@ -62,11 +63,12 @@ def marked(
     silhouettes: tuple[Silhouette, ...],
     points: MeasuredPoints,
 ) -> tuple[Silhouette, ...]:
-    """Return the silhouettes; in them no reading says nothing of places on legs that hang, or are expected, where
-    nothing is read, from the last point on.
+    """Return the silhouettes with unread places on the legs marked, for which cells without readings are undecided.
+
+    A place is marked if it is unread in the expected pose or in a hanging one, beyond the last point on the leg.
 
     Args:
-        pose: expected.
+        pose: the expected pose.
         points: of the performer.
     """
     samples = figure.samples
@@ -89,7 +91,7 @@ def marked(
             for k in own[::-1]:
                 blind[k] &= beyond or far[k] or away[k] > _READ_M
                 beyond = blind[k]
-            if blind[own].mean() > _UNREAD_SHARE:  # a foot that is expected beside its hole in the floor, too
+            if blind[own].mean() > _UNREAD_SHARE:  # includes a foot expected next to its hole in the floor
                 blind[own[int(blind[own].argmax()) :]] = True
         unread = np.zeros(len(limb), bool)
         unread[limb] = blind
@@ -102,11 +104,11 @@ def marked(
 
 
 class Shown(NamedTuple):
-    """What cameras show of a body.
+    """Visibility of a body to the cameras.
 
     Attributes:
-        hidden: which bodies of the chain no camera shows, shape (body_count,).
-        samples: which of the figure's samples no camera shows, shape (sample_count,).
+        hidden: whether no camera shows a body of the chain, shape (body_count,).
+        samples: whether no camera shows a sample of the figure, shape (sample_count,).
         why: by camera, why it shows neither leg below the knee; see `why_unread`.
     """
 
@@ -116,7 +118,7 @@ class Shown(NamedTuple):
 
 
 def shown_of(fitter: Fitter, figure: BodyShape, pose: Pose, silhouettes: tuple[Silhouette, ...]) -> Shown:
-    """Return what the cameras of these silhouettes show of a body in a pose."""
+    """Return which parts of a body in a pose the cameras of these silhouettes show."""
     places = _places(fitter, figure, pose, figure.samples)
     codes = np.stack([_codes(figure, seen, places) for seen in silhouettes])
     why = tuple(why_unread(figure, places, seen, row) for seen, row in zip(silhouettes, codes, strict=True))
@@ -127,10 +129,10 @@ def shown_of(fitter: Fitter, figure: BodyShape, pose: Pose, silhouettes: tuple[S
 def unread_ends(
     fitter: Fitter, figure: BodyShape, fit: Fit, points: MeasuredPoints, shown: Shown
 ) -> NDArray[np.bool_]:
-    """Return whether each body of the chain is not read next to its joint, and at its far end, shape (body_count, 2).
+    """Return whether each body of the chain is unread next to its joint, and at its far end, shape (body_count, 2).
 
-    A place is read if a camera shows it, or some points lie on the surface about it. The far end of a forearm or shin
-    is not read if other parts of the body explain its points as well: it may lie elsewhere on the body.
+    A place is read if a camera shows it, or some points lie on the surface around it. The far end of a forearm or
+    shin is unread if other parts of the body explain its points as well: it may lie elsewhere on the body.
     """
     near = fit.distance.min(axis=1) < _ON_BONE_M
     *_, origins, frames = fitter.place(figure, fit.pose)
@@ -141,14 +143,14 @@ def unread_ends(
     unread = shown.samples & (count < _FEW)
     body = figure.surface.body[figure.samples[:, 0].astype(np.int64)]
     out = np.zeros((len(BODY_JOINTS), 2), bool)
-    out[body[::-1], 0] = unread[::-1]  # the last one that is written counts
+    out[body[::-1], 0] = unread[::-1]  # the last write wins
     out[body, 1] = unread
     out[_FOREARMS_AND_SHINS, 1] |= _beside_other_parts(figure, fit)[_FOREARMS_AND_SHINS] < SURE
     return out
 
 
 def _beside_other_parts(figure: BodyShape, fit: Fit) -> Array:
-    """Return the log-likelihood that each body of the chain adds to the other parts', shape (body_count,)."""
+    """Return the log-likelihood that each body of the chain adds to that of other parts, shape (body_count,)."""
     each = np.arange(len(fit.cone)), figure.surface.part[fit.cone]
     others = fit.distance.copy()
     others[each] = REACH_M
@@ -156,16 +158,16 @@ def _beside_other_parts(figure: BodyShape, fit: Fit) -> Array:
 
 
 def _sample_of(figure: BodyShape) -> NDArray[np.int64]:
-    """Return the sample about each third of a figure's cones, shape (cone_count, 3)."""
+    """Return the sample for each third of a figure's cones, shape (cone_count, 3)."""
     cone, number = figure.samples[:, 0].astype(np.int64), np.arange(len(figure.samples))
     out = np.zeros((len(figure.surface.body), 3), np.int64)
-    out[cone] = number[:, None]  # of a short one, all
+    out[cone] = number[:, None]  # all thirds of a short cone
     out[cone, np.minimum(3.0 * figure.samples[:, 1], 2.0).astype(np.int64)] = number
     return out
 
 
 def _codes(figure: BodyShape, seen: Silhouette, places: Array) -> NDArray[np.int64]:
-    """Return what a camera shows at a figure's samples; a leg that is marked is not read wherever it is drawn."""
+    """Return what a camera shows at a figure's samples; a marked leg is unread wherever the pose puts it."""
     cone = figure.samples[:, 0].astype(np.int64)
     columns = [unread_column(share) for share in figure.samples[:, 1]]
     codes = shown(seen, places)
@@ -173,7 +175,7 @@ def _codes(figure: BodyShape, seen: Silhouette, places: Array) -> NDArray[np.int
 
 
 def _hidden_bones(figure: BodyShape, hidden: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which bodies are hidden; `hidden`: by sample."""
+    """Return whether each body is hidden; `hidden`: by sample."""
     body = figure.surface.body[figure.samples[:, 0].astype(np.int64)]
     count = np.bincount(body, minlength=len(BODY_JOINTS))
     share = np.bincount(body, weights=hidden, minlength=len(BODY_JOINTS)) / np.maximum(count, 1)
@@ -193,20 +195,20 @@ def _radii(figure: BodyShape, samples: Array) -> Array:
 
 
 def _out_of_range(seen: Silhouette, places: Array, radii_m: Array) -> NDArray[np.bool_]:
-    """Return whether the surface about places on axes is farther away than whatever a camera reads."""
+    """Return whether the surface around places on axes is farther away than everything that a camera reads."""
     away_m = places @ seen.rotation[2] + seen.translation[2] - radii_m
     return away_m > seen.depth.max()
 
 
 def _of_legs(fitter: Fitter) -> NDArray[np.bool_]:
-    """Return which angles are the legs', shape (dof_count,)."""
+    """Return whether each angle belongs to a leg, shape (dof_count,)."""
     return np.array([part_of(name.split("_")[0]) in _LEGS for name in fitter.limits.names])
 
 
 def why_unread(figure: BodyShape, places: Array, seen: Silhouette, codes: NDArray[np.int64]) -> str:
     """Return why a camera does not show the legs below the knees: `range`, `no_depth`, `covered` or `outside`.
 
-    "" = it shows them, or one of them.
+    "" = it shows at least one of them.
 
     Args:
         places: of the figure's samples [m], shape (sample_count, 3).
@@ -224,7 +226,7 @@ def why_unread(figure: BodyShape, places: Array, seen: Silhouette, codes: NDArra
 
 
 class LegsUnread:
-    """Why cameras have not shown the legs for some time."""
+    """Reasons why cameras have not shown the legs for some time."""
 
     def __init__(self) -> None:
         self._since_ns: dict[str, int] = {}

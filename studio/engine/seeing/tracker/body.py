@@ -1,4 +1,4 @@
-"""One body that is followed from instant to instant: its figure, its pose, and the doubt about both."""
+"""One body that is followed from instant to instant: its figure and pose, and the doubt about them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -56,15 +56,14 @@ _EXPLAINED_M = 0.10
 ARMS_LOST_M2 = 0.12
 """Smallest residual of both arms at which they are searched together [m2]."""
 _KNOWN = 30
-"""A performer is known after this many frames."""
+"""Number of frames after which a performer is known."""
 _WELL_M2, _JUMPED_M2 = 0.00045, 0.0009
-"""Residuals per point below which a body fits well, and below which it has not jumped [m2]."""
+"""Residual per point below which a body fits well, and below which it has not jumped [m2]."""
 
 
 @cache
 def usual_body() -> tuple[BodyShape, Fitter, LimbSearch]:
-    """Return an average figure, its fitter and its limbs' poses, the initial ones of every tracker; none has a
-    state."""
+    """Return an average figure, its fitter and its limb search, which every tracker starts with; none has state."""
     figure = BodyShape.of(shape_of_height(USUAL_HEIGHT_M))
     fitter = Fitter(*chain_of(humanoid_of(figure.shape)))
     return figure, fitter, LimbSearch(fitter, figure)
@@ -72,7 +71,7 @@ def usual_body() -> tuple[BodyShape, Fitter, LimbSearch]:
 
 @dataclass(frozen=True)
 class Beginning:
-    """A person found: how they stand, and the points, silhouettes and cameras that show it."""
+    """A person found: the first pose, and the points, silhouettes and cameras that show it."""
 
     start: Start
     points: MeasuredPoints
@@ -81,14 +80,14 @@ class Beginning:
 
 
 class FollowedBody:
-    """A body that is followed, lost, or not begun yet.
+    """A body that is followed, lost, or not started yet.
 
     Args:
-        number: of the body among those of its tracker; it stays while the tracker lives.
+        number: of the body within its tracker; it never changes.
         views: the cameras by name.
 
     Attributes:
-        figure: the present estimate of the shape. motion: its pose and velocity. learnt: in how many frames.
+        figure: the present estimate of the shape. motion: its pose and velocity. learnt: frames learnt from.
         doubled: frames for which it has lain on another body.
     """
 
@@ -119,7 +118,7 @@ class FollowedBody:
 
     @property
     def known(self) -> BodyShape | None:
-        """The figure, where it has been learnt from enough frames."""
+        """The figure, if it has been learnt from enough frames."""
         return self.figure if self._shape is not None and self.learnt > _KNOWN else None
 
     @property
@@ -129,7 +128,7 @@ class FollowedBody:
         return self.figure, self.motion.pose
 
     def apart_m(self, other: "FollowedBody") -> float:
-        """Return the mean distance between the joints of two bodies [m]; infinite where one is not tracked."""
+        """Return the mean distance between the joints of two bodies [m]; infinite if one is not tracked."""
         if not (self.tracked and other.tracked):
             return np.inf
         mine, theirs = (joints_of(body.fitter, *body.placed)[0] for body in (self, other))
@@ -151,11 +150,11 @@ class FollowedBody:
     # --- beginning
 
     def lose(self) -> None:
-        """Follow nothing until the body begins again; the figure stays known."""
+        """Stop following until the body begins again; the figure stays known."""
         self.motion.pose, self._fit = None, None
 
     def beginning(self, points: MeasuredPoints, seen_by: Mapping[str, Silhouette], heads: Heads) -> Beginning:
-        """Return how a person at the points stands, of the known figure or a usual one; nothing changes yet.
+        """Return the first pose of a person at the points, with the known figure or a usual one; change nothing.
 
         Args:
             seen_by: silhouettes by camera.
@@ -168,7 +167,7 @@ class FollowedBody:
         return Beginning(start, points, silhouettes, tuple(seen_by))
 
     def begin(self, found: Beginning, time_ns: int) -> None:
-        """Follow what was found from now on."""
+        """Follow the person found from now on."""
         self._points, self._silhouettes, self._seen_by = found.points, found.silhouettes, found.seen_by
         self._take(found.start, time_ns)
 
@@ -189,7 +188,7 @@ class FollowedBody:
         self._fitted_ns = time_ns
 
     def _jumped(self, before: tuple[BodyShape, Pose], after: tuple[BodyShape, Pose]) -> None:
-        """Tell of another figure and pose for the same images."""
+        """Register another figure and pose for the same images."""
         self._jumps.told(*(joints_of(self.fitter, *one)[0] for one in (before, after)))
 
     # --- following
@@ -199,13 +198,13 @@ class FollowedBody:
         return max((time_ns - self._fitted_ns) * 1e-9, 0.0)
 
     def prior(self, time_ns: int) -> Prior:
-        """Return what is expected at a time."""
+        """Return the prior at a time."""
         return self.motion.prior(self.since_s(time_ns))
 
     def moved_from(
         self, times: Mapping[str, int], time_ns: int
     ) -> Callable[[str, MeasuredPoints], MeasuredPoints]:
-        """Return what brings a camera's points from its time to `time_ns`, as the body moves."""
+        """Return a function that moves a camera's points from its time to `time_ns`, along with the body."""
         seconds = self.since_s(time_ns)
         delays_s = {name: (time - time_ns) * 1e-9 for name, time in times.items()}
 
@@ -256,7 +255,7 @@ class FollowedBody:
         self._check(points, silhouettes, time_ns, turning=due and self._facing.unsure)
 
     def _faced(self, prior: Prior, points: MeasuredPoints, silhouettes: tuple[Silhouette, ...]) -> Prior:
-        """Return the prior, turned round if that explained more."""
+        """Return the prior, turned round if that explains more."""
         costs_m2, turned = both_sides(self.fitter, self._search, self.figure, prior, points, silhouettes)
         if not self._facing.told(*costs_m2, self._ahead(self.figure, prior.pose)):
             return prior
@@ -271,7 +270,7 @@ class FollowedBody:
         return self._heads.face(joints_of(self.fitter, figure, pose)[0][INDEX["head"]])
 
     def _ahead(self, figure: BodyShape, pose: Pose) -> float:
-        """Return the agreement of head and body: 1, they face the same way; -1, opposite ways."""
+        """Return the agreement of head and body: 1 = they face the same way; -1 = opposite ways."""
         return float(self._face(figure, pose) @ forwards(pose))
 
     def _views_of(self, pose: Pose) -> Array:
@@ -296,7 +295,7 @@ class FollowedBody:
         return pose
 
     def _learn(self, points: MeasuredPoints, silhouettes: tuple[Silhouette, ...], prior: Prior) -> None:
-        """Update the performer's shape: with every frame at first, then with some."""
+        """Update the performer's shape: with every frame at first, then with some of them."""
         assert self._shape is not None and self._fit is not None
         self.learnt += 1
         if self.learnt < _EVERY_FRAME or self.learnt % 4 == 0:
@@ -334,8 +333,8 @@ class FollowedBody:
         well_m2: float,
         better: float,
     ) -> None:
-        """Restart with one of these turns [rad], if it leaves less than a share of the residual, unless the residual
-        per point is below `well_m2`.
+        """Restart with one of these turns [rad] if it leaves less than the share `better` of the residual, unless the
+        residual per point is below `well_m2`.
         """
         fit = self._fit
         assert fit is not None

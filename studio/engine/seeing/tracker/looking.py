@@ -1,7 +1,7 @@
-"""Images of several cameras looked at side by side, on the machine's cores, the next ones while a body is fitted.
+"""Parallel processing of several cameras' images on the machine's cores; the next images while a body is fitted.
 
-What is compiled works without Python's lock, so threads do. Nothing of it depends on the order of the threads: each
-camera's images come one after the other, and no two cameras share anything.
+Compiled code runs without Python's lock, so threads suffice. The results do not depend on the order of the threads:
+each camera's images are processed one after the other, and cameras share nothing.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,11 +21,11 @@ from studio.engine.seeing.tracker.view import CameraView, ImageClusters
 T = TypeVar("T")
 
 Later = Callable[[], T]
-"""Waits for a result and returns it, or raises what went wrong."""
+"""Function that waits for a result and returns it, or raises its error."""
 
 
 class Looker:
-    """Looks at the images of the cameras of one tracker; one camera's, or on one core, within the calling thread.
+    """Processes the images of one tracker's cameras; with one camera or one core, in the calling thread.
 
     Args:
         views: the cameras by name.
@@ -39,11 +39,11 @@ class Looker:
         self._begun: dict[str, Future[ImageClusters]] = {}
 
     def expect(self, frames: Mapping[str, DepthFrame] | None) -> None:
-        """Tell which images come next; None = not known."""
+        """Set the images that come next; None = unknown."""
         self._next = dict(frames or {})
 
     def seen(self, frames: Mapping[str, DepthFrame]) -> dict[str, ImageClusters]:
-        """Return what is in these images, by camera, in the order of `frames`.
+        """Return the content of these images, by camera, in the order of `frames`.
 
         Raises:
             FormatError: the size of an image is not its camera's.
@@ -61,13 +61,13 @@ class Looker:
         return {name: result() for name, result in later.items()}
 
     def begin(self) -> None:
-        """Begin with the expected images; the background has been learnt from the present ones."""
+        """Start on the expected images; the background must have been learnt from the present ones."""
         if self._pool is not None:
             for name, frame in self._next.items():
                 self._begun[name] = self._pool.submit(self._views[name].see, frame.depth_mm)
 
     def drop(self) -> None:
-        """Forget what was begun, because the background is still learnt from the present images."""
+        """Discard started work, because the background is still learnt from the present images."""
         begun, self._begun = self._begun, {}
         _wait(begun)
 
@@ -98,7 +98,7 @@ class Looker:
         return points, {name: silhouette() for name, silhouette in zip(used, later, strict=True)}
 
     def _each(self, work: Callable[[], T]) -> Later[T]:
-        """Begin one camera's work; return what waits for its result."""
+        """Start one camera's work; return the function that waits for its result."""
         if self._pool is None:
             result = work()
             return lambda: result
@@ -112,5 +112,5 @@ def _wait(begun: Mapping[str, Future[ImageClusters]]) -> None:
 
 @cache
 def _pool(count: int) -> ThreadPoolExecutor:
-    """Return the threads that all trackers with so many at once share."""
+    """Return the pool that all trackers with this number of threads share."""
     return ThreadPoolExecutor(count, thread_name_prefix="looking")

@@ -1,4 +1,4 @@
-"""Who comes in while others are followed: what no body explains, is as high as a person, and stays."""
+"""Detection of people who come in while others are followed: unexplained, as high as a person, and staying."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,20 +18,20 @@ Array = NDArray[np.float64]
 _EVERY = 3
 """Frames between two looks."""
 _LOOKS = 4
-"""Somebody is new who is seen in so many looks one after the other."""
+"""Number of successive looks that must show a person before they count as new."""
 _NEAR_M = 0.4
-"""A person is at most this far from where the last look saw them [m]."""
+"""Largest distance of a person from where the last look saw them [m]."""
 _ASIDE_M2 = 0.12
-"""So much of a cluster that its body does not explain may be somebody else [m2]."""
+"""Area of a cluster, unexplained by its body, above which it may show somebody else [m2]."""
 _APART_M = 0.25
-"""Points this far from every body are no body's [m]."""
+"""Distance from every body above which points belong to none [m]."""
 _REST = 30
-"""Looks before a place is tried again at which nobody was found; twice as many after each time."""
+"""Looks before a place where nobody was found is tried again; doubled each time."""
 
 
 @dataclass
 class _Refused:
-    """A place at which nobody was found: looks that are left, and in all, before it is tried again."""
+    """A place where nobody was found: remaining and total number of looks before it is tried again."""
 
     place: Array
     left: int
@@ -47,7 +47,7 @@ class Newcomers:
         self._refused: list[_Refused] = []
 
     def looks(self, seen: Mapping[str, ImageClusters], shares: Sequence[Share]) -> bool:
-        """Whether to look in this frame; images that show nothing but the bodies need no look."""
+        """Whether to look in this frame; images that show only the bodies need no look."""
         self._frame += 1
         if self._frame % _EVERY:
             return False
@@ -66,8 +66,8 @@ class Newcomers:
         """Return where people have stayed for some looks, x and y [m].
 
         Args:
-            rest: what no body explains, by camera.
-            awaited: somebody is lost, who may be taken at once.
+            rest: clusters that no body explains, by camera.
+            awaited: whether somebody is lost; then one look is enough.
         """
         before = self._waiting
         self._waiting = [
@@ -78,7 +78,7 @@ class Newcomers:
         return [place for place, looks in self._waiting if looks >= (1 if awaited else _LOOKS)]
 
     def refuse(self, place: Array) -> None:
-        """Tell that nobody is at a place: it is not tried for some time."""
+        """Register that nobody is at a place, which is then not tried for some time."""
         for one in self._refused:
             if _near(place, one.place):
                 one.wait = 2 * one.wait
@@ -100,7 +100,7 @@ def rest_of(
     shares: Sequence[Share],
     placed: PlacedBodies,
 ) -> dict[str, ImageClusters]:
-    """Return what no body explains, by camera, each person in a cluster of their own."""
+    """Return the clusters that no body explains, by camera, each person in their own cluster."""
     rest = {}
     for name, view in seen.items():
         labels = view.clusters.labels
@@ -115,6 +115,6 @@ def rest_of(
 
 
 def parted(view: CameraView, seen: ImageClusters) -> ImageClusters:
-    """Return an image's clusters, with those parted in which several people stand."""
+    """Return an image's clusters, with each cluster of several people split."""
     clusters = apart(seen.points, seen.depth, seen.clusters, view.cell_angle)
     return seen if clusters is seen.clusters else ImageClusters(seen.points, seen.depth, seen.keep, clusters)

@@ -16,9 +16,9 @@ Array = NDArray[np.float64]
 _HEIGHT_M = (0.7, 2.75)
 """Height of the highest point, which may be a tall person's raised hand [m]."""
 _TALL_M, _TRUNK_M = 0.5, 0.3
-"""Least height of what is seen of a person, and of one whose legs are not read [m]."""
+"""Least height of the visible part of a person, and of a person whose legs are not read [m]."""
 _FLOATS_M, _HOLE_SHARE = 0.2, 0.3
-"""Legs are not read if so much of what lies below a cluster, which begins so far above the floor [m], is not."""
+"""Least height of a cluster above the floor [m], and least unread share below it, from which legs are not read."""
 _WIDEST_M = 2.4
 _LEAST_AREA_M2, _MOST_AREA_M2 = 0.08, 1.8
 _BESIDE_M = 0.45
@@ -46,7 +46,7 @@ def may_be_person(seen: ImageClusters) -> NDArray[np.bool_]:
 
 
 def _over_a_hole(seen: ImageClusters, cluster: int) -> bool:
-    """Whether nothing is read below a cluster, halfway to the floor."""
+    """Whether enough is unread below a cluster, halfway to the floor."""
     k = seen.clusters
     rows, columns = np.nonzero(k.labels == cluster)
     tall = int(np.ptp(rows)) + 1
@@ -61,7 +61,7 @@ def candidates(views: dict[str, ImageClusters], centre: Array | None) -> list[Ar
     """Return possible places of people, x and y [m], the most likely performer first.
 
     Args:
-        centre: middle of the stage, x and y; None for the line straight before the camera, near before far.
+        centre: middle of the stage, x and y; None for the line straight ahead of the camera, near before far.
     """
     found = []
     for seen in views.values():
@@ -93,22 +93,22 @@ def at_place(seen: ImageClusters, place: Array) -> NDArray[np.bool_]:
 
 
 class Nearness(NamedTuple):
-    """How near the clusters of an image are to an expected body.
+    """Nearness of an image's clusters to an expected body.
 
     Attributes:
-        share: of each cluster's points that lie near it, limb: whether it is small and may be a limb that the image
-            cuts off, shape (cluster_count,).
+        share: of each cluster's points that lie near the body, limb: whether the cluster is small and may be a limb
+            that the image cuts off, shape (cluster_count,).
     """
 
     share: Array
     limb: NDArray[np.bool_]
 
     def alone(self) -> NDArray[np.bool_]:
-        """Return the clusters of a body that has no others near, shape (cluster_count,)."""
+        """Return the clusters of a body with no others near it, shape (cluster_count,)."""
         return (self.share >= _NEAR_SHARE) | self.limb
 
     def touched(self) -> NDArray[np.bool_]:
-        """Return the clusters that may have a part of the body, shape (cluster_count,)."""
+        """Return the clusters that may contain a part of the body, shape (cluster_count,)."""
         return (self.share >= _TOUCHED_SHARE) | self.limb
 
     def aside_m2(self, seen: ImageClusters) -> Array:
@@ -126,12 +126,12 @@ def near_body(
     looked_at: int = LOOKED_AT,
     reach_m: float = _REACH_M,
 ) -> Nearness:
-    """Return how near the clusters are to the body's prediction.
+    """Return the nearness of the clusters to the body's prediction.
 
     Args:
         eye: the camera in the working frame [m], shape (3,).
-        looked_at: points of each cluster that are looked at, at least.
-        reach_m: clusters whose middle is farther away are not looked at [m].
+        looked_at: minimum number of points of each cluster that are tested.
+        reach_m: clusters whose middle is farther away are not tested [m].
     """
     count = len(seen.clusters.count)
     near = Nearness(np.zeros(count), np.zeros(count, dtype=bool))
@@ -155,7 +155,7 @@ def near_body(
 
 @compiled
 def _some_of_each(points, labels, steps):
-    """Return every `steps[k]`-th point of each cluster k, none where that is 0, and the cluster of each."""
+    """Return every `steps[k]`-th point of each cluster k (none if that is 0), and the cluster of each."""
     rows, columns = labels.shape
     seen = np.zeros(len(steps), np.int64)
     places = np.empty((rows * columns, 3))

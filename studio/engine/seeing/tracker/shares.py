@@ -1,4 +1,4 @@
-"""Each body's share of the clusters, where several bodies are followed."""
+"""Each body's share of the clusters when several bodies are followed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,9 +20,9 @@ from studio.engine.seeing.tracker.person import LOOKED_AT, near_body
 from studio.engine.seeing.tracker.view import CameraView, ImageClusters
 
 _CLOSELY = 3 * LOOKED_AT
-"""Points of each cluster that are looked at, because it may have an arm of somebody else."""
+"""Number of points of each cluster that are tested, because it may contain an arm of somebody else."""
 _REACH_M = 4.0
-"""People who touch each other are one cluster, whose middle may be so far from each of them [m]."""
+"""Largest distance of a person from the middle of their cluster, which people who touch each other share [m]."""
 
 
 @dataclass
@@ -30,7 +30,7 @@ class Share:
     """One body's share of the images of one instant.
 
     Attributes:
-        seen: by camera, in which what is another body's is in no cluster.
+        seen: images by camera; cells of other bodies are in no cluster.
         chosen: the clusters with a part of the body, by camera.
         aside_m2: area of each cluster that is not near the body [m2], by camera.
     """
@@ -62,7 +62,7 @@ def shares_of(
     fitter: Fitter,
     bodies: Sequence[tuple[BodyShape, Pose]],
 ) -> list[Share]:
-    """Return the share of each of several bodies: a cluster that several touch is parted between them.
+    """Return the share of each of several bodies; a cluster that several touch is divided between them.
 
     Args:
         bodies: figures and expected poses.
@@ -84,10 +84,10 @@ def shares_of(
 
 
 def _parted(view: ImageClusters, several: NDArray[np.bool_], placed: PlacedBodies) -> list[ImageClusters]:
-    """Return for each body the clusters without what is another body's.
+    """Return, for each body, the clusters without the cells of other bodies.
 
     Args:
-        several: clusters to part, shape (cluster_count,).
+        several: clusters to divide, shape (cluster_count,).
     """
     if not several.any():
         return [view] * placed.count

@@ -13,11 +13,11 @@ from studio.engine.seeing.tracker.tracked import TrackedSkeleton
 from studio.engine.seeing.tracker.tracker import Tracker
 
 POINTS = "points"
-"""Name of the virtual camera of all cameras' points."""
+"""Name of the virtual camera that stands for all cameras' points."""
 
 
 def per_camera(frames: Iterable[DepthFrame], cameras: dict[str, DepthCamera]) -> Iterator[CameraFrame]:
-    """Yield the skeletons of each image in its camera's frame, with each camera tracked separately, as clients do.
+    """Yield the skeletons of each image in its camera's frame, each camera tracked separately, as in the clients.
 
     Args:
         frames: of all cameras, each camera's in order of time.
@@ -70,7 +70,7 @@ def points_calibration(
 def frame_sets(
     frames: Iterable[DepthFrame], calibration: Calibration, camera_count: int
 ) -> Iterator[dict[str, DepthFrame]]:
-    """Yield images of one period, at most one per camera, on the stage clock.
+    """Yield sets of images of one period, at most one per camera, on the stage clock.
 
     Args:
         frames: of all cameras in order of stage time.
@@ -95,7 +95,7 @@ def frame_sets(
 def with_next(
     sets: Iterable[dict[str, DepthFrame]],
 ) -> Iterator[tuple[dict[str, DepthFrame], dict[str, DepthFrame] | None]]:
-    """Yield each set of images with the one that follows it, None after the last."""
+    """Yield each set of images with the next set, which is None after the last."""
     present: dict[str, DepthFrame] | None = None
     for following in sets:
         if present is not None:

@@ -22,9 +22,9 @@ class TrackedSkeleton:
             no transforms; NaN = nobody is tracked.
         confidence: shape (21,), 0..1.
         status: `tracked`, `searching` (nobody yet) or `lost`.
-        legs_unread: why cameras have not shown the legs below the knees for half a second, by camera: `range`,
+        legs_unread: by camera, why it has not shown the legs below the knees for half a second: `range`,
             `no_depth`, `covered` or `outside`.
-        body: the tracker's number of the body. others: further bodies that are tracked at this instant.
+        body: the tracker's number of the body. others: further bodies tracked at this instant.
     """
 
     time_ns: int
@@ -58,7 +58,7 @@ class OnBody:
 
 @dataclass(frozen=True)
 class FittedBody:
-    """A body of one instant, and the points that it was fitted to; `points.camera` is the index of the image."""
+    """A body at one instant, and the points to which it was fitted; `points.camera` is the index of the image."""
 
     figure: BodyShape
     pose: Pose

@@ -1,4 +1,4 @@
-"""The skeleton tracker: from depth images of one or several cameras to the skeletons of all before them."""
+"""The skeleton tracker: from depth images of one or several cameras to the skeletons of everybody they show."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -27,25 +27,25 @@ from studio.engine.seeing.tracker.view import CameraView, ImageClusters
 Array = NDArray[np.float64]
 
 POINT_COUNT = 1000
-"""Number of points of all cameras together to which a body is fitted."""
+"""Number of points, from all cameras together, to which a body is fitted."""
 MOST_BODIES = 8
-"""Who comes in beside so many is not followed."""
+"""Maximum number of performers that are tracked."""
 _NOBODY_M2, _NOBODY_NEW_M2 = 0.006, 0.0012
-"""Largest residual per point of a person, and of one beside others who are followed [m2]."""
+"""Largest residual per point of a person, and of a new person while others are followed [m2]."""
 _FORGET_S = 10.0
 _REST = 2
 """Frames between searches for a person."""
 _SAME_M, _SAME_FRAMES = 0.12, 10
-"""Two bodies that lie within this distance for so many frames are one [m]."""
+"""Two bodies within this distance [m] for this number of frames are one."""
 
 
 class Tracker:
-    """Tracks performers through depth images; whoever comes in is followed too.
+    """Tracks performers through depth images, including those who come in later.
 
     Args:
         cameras: intrinsics by name.
-        T_stage_camera: camera points to the stage, by name; None for one camera alone, whose skeleton is then in
-            its own frame.
+        T_stage_camera: camera points to the stage, by name; None for a single camera, whose skeleton is then in its
+            own frame.
 
     Raises:
         CalibrationError: several cameras without transforms.
@@ -92,7 +92,7 @@ class Tracker:
         return self.bodies[0].fitted()
 
     def forget_pose(self) -> None:
-        """Look for performers anew in the next images, which are of another time; proportions stay known."""
+        """Search for performers again in the next images, which are of another time; proportions stay known."""
         for body in self.bodies:
             body.lose()
         self._rest = 0
@@ -104,7 +104,7 @@ class Tracker:
 
         Args:
             frames: at most one per camera, on a common clock, not necessarily at one instant.
-            following: the next ones, which are looked at while bodies are fitted; they change nothing.
+            following: the next frames, processed in advance while bodies are fitted; they do not affect the result.
 
         Raises:
             FormatError: the size of an image is not its camera's.
@@ -135,7 +135,7 @@ class Tracker:
         times: dict[str, int],
         time_ns: int,
     ) -> list[Share]:
-        """Follow bodies to a new instant, or give them up; return what is whose."""
+        """Follow bodies to a new instant, or give them up; return each body's share of the images."""
         priors = [body.prior(time_ns) for body in followed]
         shares = self._shares(followed, priors, seen)
         for name, view in seen.items():
@@ -181,7 +181,7 @@ class Tracker:
     # --- beginning
 
     def _start(self, seen: dict[str, ImageClusters], time_ns: int) -> None:
-        """Search for people among the clusters, where nobody is followed."""
+        """Search for people among the clusters while nobody is followed."""
         self._looker.drop()
         if self._rest == 0 and self._began_touching(seen, time_ns):
             self._looker.begin()
@@ -200,7 +200,7 @@ class Tracker:
         self._rest = _REST
 
     def _began_touching(self, seen: dict[str, ImageClusters], time_ns: int) -> bool:
-        """Follow people who touch each other, and so are one cluster; return whether there are any."""
+        """Follow people who touch each other and so form one cluster; return whether there are any."""
         parts = {name: parted(self._views[name], view) for name, view in seen.items()}
         if all(parts[name] is view for name, view in seen.items()):
             return False
@@ -218,7 +218,7 @@ class Tracker:
         return any(body.tracked for body in self.bodies)
 
     def _welcome(self, seen: dict[str, ImageClusters], shares: list[Share], time_ns: int) -> None:
-        """Begin to follow who has come in."""
+        """Begin to follow people who have come in."""
         followed = [body for body in self.bodies if body.tracked]
         if not followed or len(followed) == MOST_BODIES:
             return
@@ -231,7 +231,7 @@ class Tracker:
                 self._newcomers.refuse(place)
 
     def _forget(self, time_ns: int) -> None:
-        """End bodies that have been lost for long; the first one's figure stays known."""
+        """Remove bodies that have been lost for long; the first one's figure stays known."""
         first, *others = self.bodies
         self.bodies = [first, *(one for one in others if one.tracked or one.since_s(time_ns) < _FORGET_S)]
 
@@ -262,7 +262,7 @@ class Tracker:
     def _best(
         self, points: MeasuredPoints, seen_by: Mapping[str, Silhouette]
     ) -> tuple[FollowedBody, Beginning]:
-        """Return who explains points best, of those who are lost; somebody new where it is none of them."""
+        """Return the lost body that explains the points best, or a new one if none of them does."""
         lost = [body for body in self.bodies if not body.tracked]
         if not lost:
             lost = [self._somebody()]
@@ -274,7 +274,7 @@ class Tracker:
         return body, best
 
     def _somebody(self) -> FollowedBody:
-        """Return a body that nobody has been yet."""
+        """Return a new body."""
         return FollowedBody(1 + max(body.number for body in self.bodies), self._views)
 
     def _in_own_frame(self, skeleton: TrackedSkeleton) -> TrackedSkeleton:

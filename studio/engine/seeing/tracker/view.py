@@ -1,4 +1,4 @@
-"""One camera's depth images: floor, background and the clusters in front of them."""
+"""One camera's depth images: floor, background and the clusters in front of the background."""
 
 from dataclasses import dataclass
 
@@ -29,7 +29,7 @@ _LEVEL_HEIGHT_M = 1.0
 
 @dataclass(frozen=True)
 class ImageClusters:
-    """The content of one image: its grid in the working frame, its confirmed cells and the clusters on it."""
+    """The content of one image: its grid in the working frame, its confirmed cells and its clusters."""
 
     points: Array
     depth: Array
@@ -41,7 +41,7 @@ class CameraView:
     """A camera's grid and its background, learnt during tracking.
 
     Attributes:
-        T_work_camera: camera points to the working frame; None until the first image if it was not given.
+        T_work_camera: camera points to the working frame; if not given, None until the first image.
     """
 
     def __init__(self, camera: DepthCamera, T_work_camera: Array | None) -> None:
@@ -100,7 +100,7 @@ class CameraView:
         """Add still points behind people to the background.
 
         Args:
-            standing: which clusters may be people, who are no background, shape (cluster_count,).
+            standing: whether each cluster may be a person, who is no background, shape (cluster_count,).
         """
         _learn(seen.depth, seen.keep, seen.clusters.labels, standing, self._background)
 

@@ -1,1 +1,1 @@
-"""The cameras of an adjustment, left and right in their pictures, and the adjustment of all at once."""
+"""The bundle adjustment of all cameras at once, its cameras, and left and right in their pictures."""

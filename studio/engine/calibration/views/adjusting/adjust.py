@@ -1,8 +1,8 @@
 """Robust bundle adjustment: cameras, focal lengths, distortion, clocks, joints and bone lengths, all at once.
 
-Gauss-Newton with Levenberg's damping. A frame's joints depend on each other by the bones only, and on other frames by
-the cameras only, so each frame's block is eliminated by itself (Schur's complement; Triggs et al., "Bundle
-adjustment: a modern synthesis", 2000). Cauchy's cost keeps wrong landmarks from bending the cameras.
+Gauss-Newton with Levenberg's damping. A frame's joints are coupled only by the bones, and to other frames only by the
+cameras, so each frame's block is eliminated by itself (Schur's complement; Triggs et al., "Bundle adjustment: a
+modern synthesis", 2000). Cauchy's cost keeps wrong landmarks from distorting the cameras.
 """
 
 from dataclasses import dataclass, replace
@@ -17,28 +17,28 @@ _CAUCHY = 2.0
 _BONE_M = 0.025
 _LIMBS_SHARE = 1e-3
 _OWN_FOCAL, _ALIKE_FOCAL, _COMMON_FOCAL = 0.12, 0.05, 0.20
-"""What is known of free focal lengths, in logarithms: how far cameras are from their mean, the same if all pictures
-have one size, as those of one model have, and how far the mean is from the usual one."""
+"""Standard deviations of free focal lengths, as logarithms: of cameras from their mean, the same if all cameras seem
+to be of one model, and of the mean from the usual focal length."""
 _SAME_SIZE = 1.02
 _BEND = 0.05
 _CENTRE_SHARE = 0.012
 """Deviation of the principal point from the picture's middle, as a share of the focal length."""
 _ALIKE_S = 0.5
-"""How long errors of landmarks stay alike: what is seen in that time counts once against what is known before."""
+"""Correlation time of landmark errors: observations within it count once against the priors."""
 _AHEAD_S = 0.05
 _BEHIND = 0.1
-"""What is left of a landmark of a joint behind the camera, as a share of the focal length."""
+"""Residual of a landmark whose joint is behind the camera, as a share of the focal length."""
 
 
 @dataclass(frozen=True)
 class Freedom:
-    """What is to be found besides places, joints and bones.
+    """Unknowns besides places, joints and bones.
 
     Attributes:
-        focals: by camera, the number of its unknown focal length, -1 = known; equal numbers are one unknown.
-        shares: by camera, how well its focal length was given, as a share of it; 0 = it was not, or exactly.
-        lenses: whether each camera's distortion and principal point are sought.
-        clocks: whether the clocks of all cameras but the first are.
+        focals: by camera, the index of its unknown focal length, -1 = known; equal indices share one unknown.
+        shares: by camera, relative deviation of its given focal length; 0 = not given, or given exactly.
+        lenses: whether each camera's distortion and principal point are unknown.
+        clocks: whether the clocks of all cameras but the first are unknown.
     """
 
     focals: tuple[int, ...]
@@ -49,15 +49,15 @@ class Freedom:
 
 @dataclass(frozen=True)
 class FittedRig:
-    """Where an adjustment stands.
+    """State of an adjustment.
 
     Attributes:
         rig: the cameras.
         joints: [m], in the first camera's frame, shape (instant_count, 17, 3); NaN = unknown.
         bones: lengths [m], shape (LENGTH_COUNT,).
-        cost: what was minimised.
+        cost: the minimised cost.
         covariance: of the global unknowns, or None before the end.
-        columns: of each camera's unknowns in it, shape (camera_count, 11); -1 = not sought.
+        columns: of each camera's unknowns in the covariance, shape (camera_count, 11); -1 = known.
     """
 
     rig: CameraRig
@@ -69,7 +69,7 @@ class FittedRig:
 
 
 def columns_of(freedom: Freedom) -> tuple[np.ndarray, int]:
-    """Return the place of each camera's unknowns among all, shape (camera_count, 11), -1 = none, and their number."""
+    """Return the indices of each camera's unknowns, shape (camera_count, 11), -1 = known, and the number of all."""
     count = len(freedom.focals)
     out = np.full((count, UNKNOWNS), -1)
     out[1:, :6] = np.arange(6 * (count - 1)).reshape(count - 1, 6)
@@ -87,7 +87,7 @@ def columns_of(freedom: Freedom) -> tuple[np.ndarray, int]:
 
 
 def repeated(times_s: Array) -> float:
-    """Return how many instants say as much as one, because errors last: by the usual step between them."""
+    """Return the number of instants that count as one, because landmark errors are correlated."""
     step = float(np.median(np.diff(times_s))) if len(times_s) > 1 else _ALIKE_S
     return max(1.0, _ALIKE_S / max(step, 1e-3))
 
@@ -98,7 +98,7 @@ class Adjustment:
     Args:
         samples: by camera.
         times_s: the instants [s].
-        usual: the rig that priors of focal lengths, distortion and clocks are about.
+        usual: the rig that gives the means of the priors of focal lengths, distortion and clocks.
         limbs_m: sum of the limbs' lengths [m], which gives the scale.
         loose: factor of all errors, above 1 for first rounds.
     """
@@ -126,8 +126,8 @@ class Adjustment:
         self.repeated = repeated(times_s)
 
     def run(self, fit: FittedRig, rounds: int, small: float) -> FittedRig:
-        """Return the fit, with its covariance, after at most so many rounds, or the first one that lowers the cost by
-        less than the share `small`."""
+        """Return the fit, with its covariance, after at most `rounds` rounds, or after the first that lowers the cost
+        by less than the share `small`."""
         known = known_of(fit.joints)
         self.weight = np.where(known, self.weight, 0.0)
         self.known = known
@@ -149,7 +149,7 @@ class Adjustment:
         return replace(fit, joints=joints, covariance=covariance, columns=self.columns)
 
     def rests(self, fit: FittedRig) -> Array:
-        """Return what is left of each landmark [pixel], shape (camera_count, instant_count, 17, 2)."""
+        """Return the residual of each landmark [pixel], shape (camera_count, instant_count, 17, 2)."""
         shown, front = fit.rig.show(fit.joints)
         rest = shown - self.points + self.speed * (fit.rig.ahead_s - self.usual.ahead_s)[:, None, None, None]
         behind = _BEHIND * fit.rig.focals[:, None, None, None]
@@ -163,17 +163,17 @@ class Adjustment:
         return float(landmarks + bones + b @ P @ b)
 
     def _whole(self) -> np.ndarray:
-        """Whether both ends of each bone are known, shape (instant_count, bone_count)."""
+        """Return whether both ends of each bone are known, shape (instant_count, bone_count)."""
         return self.known[:, BONES[:, 0]] & self.known[:, BONES[:, 1]]
 
     def _stretch(self, fit: FittedRig) -> tuple[Array, Array]:
-        """Return how much longer each bone is than usual [m], and its direction."""
+        """Return each bone's excess over its usual length [m], and its direction."""
         bone = fit.joints[:, BONES[:, 0]] - fit.joints[:, BONES[:, 1]]
         length = np.maximum(np.linalg.norm(bone, axis=2), 1e-3)
         return length - fit.bones[LENGTH_OF], bone / length[..., None]
 
     def _prior(self, fit: FittedRig) -> tuple[Array, Array]:
-        """Return how far the global unknowns are from what is usual, and the inverse covariance of that."""
+        """Return the deviation of the global unknowns from their priors, and its inverse covariance."""
         size = self.unknowns + LENGTH_COUNT
         b, P = np.zeros(size + 1), np.zeros((size + 1, size + 1))
         given = np.array(self.freedom.shares) > 0
@@ -207,7 +207,7 @@ class Adjustment:
         frames, joints = fit.joints.shape[:2]
         size = self.unknowns + LENGTH_COUNT
         own = np.zeros((frames, joints, 3, joints, 3))
-        cross = np.zeros((frames, joints, 3, size + 1))  # the last column takes what is not sought
+        cross = np.zeros((frames, joints, 3, size + 1))  # the last column collects known parameters
         shared, b_own, b_shared = (
             np.zeros((size + 1, size + 1)),
             np.zeros((frames, joints, 3)),
@@ -263,7 +263,7 @@ class Adjustment:
             b_shared[column] += w[:, k] @ stretch[:, k]
 
     def _reduced(self, system: tuple[Array, ...], damping: float) -> tuple[Array, Array, Array, Array]:
-        """Return the globals' equations after the frames were eliminated, and what gives the frames back."""
+        """Return the globals' equations with the frames eliminated, and the terms that restore the frames."""
         own, cross, shared, b_own, b_shared = system
         every = np.arange(own.shape[1])
         own = own.copy()

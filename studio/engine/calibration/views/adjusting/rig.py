@@ -1,4 +1,4 @@
-"""The cameras of an adjustment, how they show points, and how that changes with each unknown."""
+"""The cameras of an adjustment, their projection of points, and its derivatives by each unknown."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,19 +16,19 @@ principal point."""
 UNKNOWNS = 11
 _LEAST_DEPTH_M = 0.2
 _CAUCHY, _ROUNDS = 3.0, 4
-"""Of `triangulate`: cameras are not placed yet, so errors are larger, and places need not be final."""
+"""Settings of `triangulate`: cameras are not placed yet, so errors are larger, and places need not be final."""
 
 
 @dataclass(frozen=True)
 class CameraRig:
-    """Cameras as they are found. Points are in the frame of the first camera [m].
+    """Cameras during an adjustment. Points are in the frame of the first camera [m].
 
     Attributes:
         turns: rotation from that frame to each camera, shape (camera_count, 3, 3).
         shifts: translation of the same transform [m], shape (camera_count, 3).
         focals: [pixel], shape (camera_count,).
         bends: coefficient of the radial distortion, shape (camera_count,).
-        ahead_s: how far the moments a camera shows are ahead of its stamps [s], shape (camera_count,).
+        ahead_s: what is added to a camera's stamps to give the common clock [s], shape (camera_count,).
         centres: principal points from the picture's middle [pixel], shape (camera_count, 2).
     """
 
@@ -45,7 +45,7 @@ class CameraRig:
         return moved + self.shifts.reshape(len(self.shifts), *(1,) * (positions.ndim - 1), 3)
 
     def show(self, positions: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return pixels from the picture's middle, shape (camera_count, ..., 2), and whether they are in front."""
+        """Return pixels from the picture's middle, shape (camera_count, ..., 2), and whether points are in front."""
         p = self.seen_from(positions)
         front = p[..., 2] > _LEAST_DEPTH_M
         rays = p[..., :2] / np.where(front, p[..., 2], 1.0)[..., None]

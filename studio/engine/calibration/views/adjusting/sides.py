@@ -1,7 +1,7 @@
-"""Left and right: which arms and legs each camera names the wrong way round, by frame.
+"""Left and right: the arms and legs that each camera has swapped, by frame.
 
-Every way of exchanging them between the cameras is tried; the one in which rays meet best is taken. Of two that meet
-alike the one with fewer exchanges is right.
+Every combination of exchanges between the cameras is tried; the one whose rays meet best is taken. Of two that meet
+equally well, the one with fewer exchanges is right.
 """
 
 from collections.abc import Sequence
@@ -22,13 +22,13 @@ _MOST_CAMERAS = 5
 _CLIPPED = 25.0
 """Largest cost of one landmark, in squared usual errors."""
 _EXCHANGE_COST = 12.0
-"""What an exchange must gain, in squared usual errors: for one camera's arms or legs of one frame."""
+"""Least gain from exchanging one camera's arms or legs in one frame, in squared usual errors."""
 _NEAR_S = 0.1
-"""A frame is exchanged as the instant nearest to it, if it is so near."""
+"""Largest time from a frame to the nearest instant, whose exchanges the frame takes."""
 
 
 def find_swaps(rig: CameraRig, tracks: list[ViewTrack], times_s: Array) -> list[np.ndarray]:
-    """Return for each camera which joints of which frame are exchanged, shape (frame_count, 17).
+    """Return, for each camera, whether each joint of each frame is exchanged, shape (frame_count, 17).
 
     Args:
         times_s: instants on the first camera's clock [s].
@@ -46,7 +46,7 @@ def find_swaps(rig: CameraRig, tracks: list[ViewTrack], times_s: Array) -> list[
 def brought_together(
     rig: CameraRig, tracks: list[ViewTrack], times_s: Array
 ) -> tuple[list[np.ndarray], list[Sample], Array]:
-    """Return what `find_swaps` returns, the landmarks at the instants with that mended, and where their rays meet.
+    """Return the result of `find_swaps`, the corrected landmarks at the instants, and the places where rays meet.
 
     The places [m] have the shape (instant_count, 17, 3); NaN = unknown.
     """
@@ -60,8 +60,8 @@ def brought_together(
 
 
 def misfit(rig: CameraRig, tracks: list[ViewTrack], times_s: Array, loose: float) -> float:
-    """Return how badly the rays of a rig meet, left and right exchanged where that helps: the mean of the clipped
-    squared errors, in usual ones times `loose`."""
+    """Return the mean clipped squared error of a rig's rays, left and right exchanged where that helps, in units of
+    usual errors times `loose`."""
     points, weight = at_instants(rig.ahead_s, tracks, times_s)
     cost = sum(float(_choose(rig, points, weight / loose**2, group)[1].sum()) for group in (_ARMS, _LEGS))
     return cost / max(int((weight > 0).sum()), 1)

@@ -1,1 +1,1 @@
-"""What a calibration gives, how good it is, and what is refused."""
+"""Results of a calibration, their quality, and refusals."""

@@ -1,4 +1,4 @@
-"""What is refused before any adjustment: cameras that cannot be placed by what they saw."""
+"""Refusals before any adjustment, of cameras whose pictures do not suffice to place them."""
 
 from collections.abc import Sequence
 
@@ -24,7 +24,7 @@ from studio.engine.model.cameras.joint_noise import LANDMARK_M
 from studio.engine.model.joints import INDEX
 
 LEAST_FRAMES = 45
-"""Pictures with a body that a camera needs: a second and a half."""
+"""Minimum number of a camera's pictures with a body: a second and a half."""
 _LEAST_JOINTS = 8
 _SURE = 0.5
 _STEADY = 8
@@ -35,7 +35,7 @@ _SAME = 0.15
 def refused_early(
     views: Sequence[View], tracks: Sequence[ViewTrack], pairs: dict[tuple[int, int], ViewPair]
 ) -> list[list[Said]]:
-    """Return by camera why it cannot be placed; empty where nothing speaks against it."""
+    """Return by camera why it cannot be placed; empty if it can."""
     out: list[list[Said]] = [[] for _ in views]
     for c, (view, track) in enumerate(zip(views, tracks, strict=True)):
         frames = int((track.seen.sum(axis=1) >= _LEAST_JOINTS).sum())
@@ -74,7 +74,7 @@ def knees_seen(view: View, track: ViewTrack) -> float:
 
 
 def hardly_moves(track: ViewTrack) -> bool:
-    """Whether neither the limbs of the guessed body nor its place in the picture change, jitter left out."""
+    """Whether the limbs of the guessed body and its place in the picture hardly change, apart from jitter."""
     limbs = [
         track.world_m[:, NUMBER[f"{side}_{name}"]]
         for side in ("left", "right")
@@ -93,7 +93,7 @@ def hardly_moves(track: ViewTrack) -> bool:
 
 
 def _spread(points: Array) -> float:
-    """Return the mean distance of running means over `_STEADY` frames from the middle of all."""
+    """Return the mean distance of running means over `_STEADY` frames from their common middle."""
     if len(points) < _STEADY:
         return 0.0
     total = np.cumsum(np.concatenate([np.zeros((1, points.shape[1])), points]), axis=0)
@@ -102,7 +102,7 @@ def _spread(points: Array) -> float:
 
 
 def _same(a: ViewTrack, b: ViewTrack, pair: ViewPair) -> bool:
-    """Whether two streams show the same landmarks, also in pictures of other sizes."""
+    """Whether two streams show the same landmarks, even in pictures of different sizes."""
     if pair.together.frames == 0:
         return False
     grid = a.time_s[:: max(len(a.time_s) // 100, 1)]

@@ -1,4 +1,4 @@
-"""Figures of an adjustment: what is left of landmarks, how sure the cameras are, how the performer moved."""
+"""Figures of an adjustment: residuals of landmarks, certainty of the cameras, and motion of the performer."""
 
 from dataclasses import dataclass
 
@@ -15,12 +15,12 @@ _SAME_PLACE_M, _SAME_DEG = 0.05, 2.0
 
 @dataclass(frozen=True)
 class BodyMotion:
-    """How the performer moved, in metres unless said.
+    """The performer's motion, in metres unless stated otherwise.
 
     Attributes:
         travel_m: mean distance of the hips from the middle of their path.
-        limbs_m: mean distance of wrists and ankles from their middle places about the hips.
-        upright: how far the thighs hang down, as a share of their length: 1 = standing, 0 = seated.
+        limbs_m: mean distance of wrists and ankles from their middle places relative to the hips.
+        upright: vertical extent of the thighs as a share of their length: 1 = standing, 0 = seated.
     """
 
     travel_m: float
@@ -33,7 +33,7 @@ def rests_of(rest: Array, weight: Array, depth_m: Array, focal: float) -> Rests:
 
     Args:
         rest: [pixel], shape (instant_count, 17, 2).
-        weight: 0 where a landmark was not used; depth_m: of the joints before the camera [m], same shape less 2.
+        weight: 0 where a landmark was not used; depth_m: of the joints [m]; both of shape (instant_count, 17).
         focal: [pixel].
     """
     used = weight > 0
@@ -57,7 +57,7 @@ def _usual(values: Array) -> tuple[float, float]:
 
 
 def uncertain_of(fit: FittedRig) -> list[Uncertain]:
-    """Return how sure each camera is, from the covariance of a finished fit."""
+    """Return the uncertainty of each camera, from the covariance of a finished fit."""
     assert fit.covariance is not None and fit.columns is not None
     rig, covariance, columns = fit.rig, fit.covariance, fit.columns
     count = len(columns)
@@ -91,7 +91,7 @@ def uncertain_of(fit: FittedRig) -> list[Uncertain]:
 
 
 def motion_of(joints: Array, up: Array) -> BodyMotion:
-    """Return how a performer moved.
+    """Return a performer's motion.
 
     Args:
         joints: [m], shape (instant_count, 17, 3); NaN = unknown.
@@ -109,8 +109,8 @@ def motion_of(joints: Array, up: Array) -> BodyMotion:
 
 
 def parallax_deg(rig_centres: Array, hips: Array) -> Array:
-    """Return the angle under which the performer sees each two cameras [degrees], shape (camera_count, camera_count):
-    the median over time."""
+    """Return the angle at the performer between each two cameras [degrees], shape (camera_count, camera_count): the
+    median over time."""
     ways = rig_centres[:, None] - hips[None]
     ways /= np.maximum(np.linalg.norm(ways, axis=2, keepdims=True), 1e-9)
     cosine = np.einsum("afk,bfk->abf", ways, ways)
@@ -128,7 +128,7 @@ def _spread(points: Array) -> float:
 
 
 def twins(rig: CameraRig) -> list[int | None]:
-    """Return for each camera an earlier one with its place and direction, or None."""
+    """Return, for each camera, an earlier one with the same place and direction, or None."""
     centres = -np.einsum("cba,cb->ca", rig.turns, rig.shifts)
     out: list[int | None] = []
     for c in range(len(centres)):

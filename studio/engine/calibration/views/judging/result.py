@@ -1,4 +1,4 @@
-"""What a calibration of ordinary cameras gives."""
+"""Result of a calibration of ordinary cameras."""
 
 from dataclasses import dataclass, field
 
@@ -13,15 +13,15 @@ from studio.engine.model.cameras.lens import Lens
 NOWHERE = make_transform(
     np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]), np.array([0.0, 0.0, 1.2])
 )
-"""The place of a camera that was refused at once: upright at eye level, over the stage's origin."""
+"""Pose of a camera that was refused at once: upright at eye level, over the stage's origin."""
 
 VERDICTS = ("good", "usable", "refused")
-"""From the best to the worst."""
+"""Verdicts from best to worst."""
 
 
 @dataclass(frozen=True)
 class Rests:
-    """What is left of a camera's landmarks after the adjustment: distances in the picture.
+    """Residuals of a camera's landmarks after the adjustment.
 
     Attributes:
         mean_mrad, median_mrad, p95_mrad: as angles [mrad].
@@ -43,10 +43,10 @@ class Rests:
 
 @dataclass(frozen=True)
 class Uncertain:
-    """Standard deviations of what was found, from the adjustment; 0 = given.
+    """Standard deviations of a camera's parameters, from the adjustment; 0 = given.
 
     Attributes:
-        place_m: of the camera's place relative to the first camera, the size of the whole left out [m].
+        place_m: of the camera's place relative to the first camera, not counting the overall scale [m].
         turn_deg: of its direction relative to the first camera.
         focal_share: of its focal length, as a share of it.
         ahead_s: of its clock [s].
@@ -65,11 +65,11 @@ class PlacedView:
     Attributes:
         T_stage_camera: 4x4, camera points to stage points [m]; the stage has z up and its floor at z = 0.
         lens: as given, or as found.
-        ahead_s: what is added to the camera's stamps gives the first camera's clock [s].
-        rests: what is left of its landmarks.
-        uncertain: how far all this may be off.
-        swapped: share of its frames in which arms or legs had left and right exchanged.
-        coverage: share of the instants at which it saw the performer; None = not known.
+        ahead_s: what is added to the camera's stamps to give the first camera's clock [s].
+        rests: residuals of its landmarks.
+        uncertain: standard deviations of its parameters.
+        swapped: share of its frames in which left and right of arms or legs were exchanged.
+        coverage: share of the instants at which it saw the performer; None = unknown.
         verdict: `good`, `usable` or `refused`; `reasons` says why.
     """
 
@@ -89,12 +89,12 @@ class ViewsResult:
     """Calibrated cameras and the performer that they saw.
 
     Attributes:
-        cameras: by name, in the order given.
+        cameras: by name, in the given order.
         times_s: instants on the first camera's clock [s], shape (instant_count,).
         joints_m: canonical joints at the instants, stage frame [m], shape (instant_count, 21, 3); NaN = unknown.
         bones_m: length of the bones that were held constant [m], by name.
-        performer: his proportions; None where too little of him was seen.
-        scale_known: whether the performer's height was given; else 1.75 m was taken.
+        performer: his proportions; None if too little of him was seen.
+        scale_known: whether the performer's height was given; otherwise 1.75 m is assumed.
     """
 
     cameras: dict[str, PlacedView]

@@ -8,9 +8,9 @@ from studio.engine.calibration.views.judging.figures import BodyMotion
 from studio.engine.calibration.views.judging.result import Rests, Uncertain
 
 GOOD_MRAD, MOST_MRAD = 9.0, 15.0
-"""Mean residual of a camera: 7 mrad is usual, 26 and more come of people whose landmarks are guessed."""
+"""Mean residual of a camera: 7 mrad is usual; 26 and more come from people whose landmarks are guessed."""
 GOOD_PLACE_M, MOST_PLACE_M, MOST_OF_TWO_M = 0.06, 0.25, 0.09
-"""Two cameras must be surer: no third one shows where their landmarks err alike."""
+"""Limits of a place's uncertainty; stricter for two cameras, as no third shows errors that their landmarks share."""
 GOOD_TURN_DEG, MOST_TURN_DEG = 1.5, 3.0
 GOOD_FOCAL, GOOD_FOCAL_ON_SPOT, MOST_FOCAL = 0.03, 0.02, 0.15
 LEAST_KNEES = 0.4
@@ -23,17 +23,17 @@ LEAST_UPRIGHT = 0.6
 
 @dataclass(frozen=True)
 class ViewFacts:
-    """What a camera's verdict is made of.
+    """Input of a camera's verdict.
 
     Attributes:
-        rests: what is left of its landmarks.
-        uncertain: how far it may be off.
+        rests: residuals of its landmarks.
+        uncertain: standard deviations of its parameters.
         focal_sought: whether its focal length was not given.
         knees: share of the frames with a body in which the knees are seen.
-        alike: correlation of its motion with the camera's that it is most alike; None = there is none.
+        alike: correlation of its motion with that of the most similar camera.
         parallax_deg: largest angle, seen from the performer, to another camera.
         motion: the performer's.
-        cameras: how many there are.
+        cameras: number of cameras.
         twin: an earlier camera with the same place and direction.
     """
 
@@ -82,7 +82,7 @@ def verdict(facts: ViewFacts) -> tuple[str, tuple[Said, ...]]:
 
 
 def _of_performer(facts: ViewFacts) -> list[Said]:
-    """Return what the performer did that gives no calibration."""
+    """Return what in the performer's motion prevents a calibration."""
     reasons = []
     if facts.knees < LEAST_KNEES:
         reasons.append(knees_unseen(facts.knees))

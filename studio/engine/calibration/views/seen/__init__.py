@@ -1,1 +1,1 @@
-"""What each camera saw: landmarks, the bodies that its network guesses, its rays and their errors."""
+"""Observations of each camera: landmarks, the bodies that its network guesses, its rays and their errors."""

@@ -1,4 +1,4 @@
-"""Bones that keep their lengths, and how long all of them are together for a performer's height."""
+"""Bones that keep their lengths, and the sum of the limbs' lengths for a performer's height."""
 
 from typing import TypeAlias
 
@@ -20,7 +20,7 @@ _ACROSS = ("shoulder", "hip")
 
 
 def _bones() -> tuple[list[tuple[int, int]], list[int]]:
-    """Return the joints at both ends of each bone, and which length it has: left and right have the same."""
+    """Return the joints at both ends of each bone, and the index of its length: left and right share one."""
     ends, lengths = [], []
     for k, (a, b) in enumerate(_ON_BOTH_SIDES):
         for side in ("left", "right"):
@@ -39,18 +39,18 @@ _ENDS, _LENGTHS = _bones()
 BONES: NDArray[np.int64] = np.array(_ENDS)
 """Indices among `view.JOINTS` of each bone's ends, shape (bone_count, 2)."""
 LENGTH_OF: NDArray[np.int64] = np.array(_LENGTHS)
-"""Which length each bone has, shape (bone_count,)."""
+"""Index of each bone's length, shape (bone_count,)."""
 LENGTH_COUNT = int(LENGTH_OF.max()) + 1
 BONE_NAMES: tuple[str, ...] = (
     *(f"{a}_{b}" for a, b in _ON_BOTH_SIDES), "shoulder_shoulder", "hip_hip", "head_shoulder",
 )  # fmt: skip
 """Name of each length: the joints at its ends."""
 LIMBS: NDArray[np.int64] = np.array([0, 1, 3, 4, 6])
-"""The lengths whose sum stands for the height: upper arm, forearm, thigh, shank and trunk."""
+"""Lengths whose sum represents the height: upper arm, forearm, thigh, shank and trunk."""
 
 
 def known_of(points: Array) -> NDArray[np.bool_]:
-    """Return which points, shape (..., 3), are finite."""
+    """Return whether points, shape (..., 3), are finite."""
     return np.asarray(np.isfinite(points).all(axis=-1))
 
 
@@ -79,5 +79,5 @@ def usual_lengths(height_m: float) -> Array:
 
 
 def limbs_m(height_m: float) -> float:
-    """Return the sum of the limbs [m] of an average person of this height."""
+    """Return the sum of the limbs' lengths [m] of an average person of this height."""
     return float(usual_lengths(height_m)[LIMBS].sum())

@@ -1,4 +1,4 @@
-"""What is known of a camera's lens before it is calibrated."""
+"""A camera's lens as known before calibration."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -16,13 +16,13 @@ _LARGEST_SHARE = 0.5
 
 @dataclass(frozen=True)
 class KnownLens:
-    """A camera's lens, or its focal length alone; one of the three is given.
+    """A camera's lens, or its focal length alone; one of the first three attributes is given.
 
     Attributes:
-        lens: all of it, for pictures of its size or of the same shape.
+        lens: the whole lens, for pictures of its size or of the same shape.
         focal_px: focal length [pixel] in the camera's pictures.
         field_deg: field of view along the longer side of the picture [degrees].
-        share: deviation of the focal length, as a share of it; 0 = it is exactly so.
+        share: relative deviation of the focal length; 0 = exact.
 
     Raises:
         SettingsError: a number that no lens has.
@@ -73,7 +73,7 @@ class KnownLens:
 
 @dataclass(frozen=True)
 class KnownLenses:
-    """What is known of a stage's lenses: by camera, and whether the others have one focal length."""
+    """Known lenses of a stage, by camera, and whether the other cameras have one focal length."""
 
     lenses: Mapping[str, KnownLens] = field(default_factory=dict)
     same: bool = False
@@ -94,15 +94,15 @@ def known_field(field_deg: float, off_deg: float = 0.0) -> KnownLens:
     Raises:
         SettingsError: a number that no lens has.
     """
-    # f = w / 2 / tan(a / 2): its share changes by da / sin(a)
+    # f = w / 2 / tan(a / 2), so df / f = da / sin(a)
     return replace(KnownLens(field_deg=field_deg), share=abs(radians(off_deg) / sin(radians(field_deg))))
 
 
 def check_lenses(given: Iterable[str], without_depth: Collection[str]) -> None:
-    """Refuse lenses of cameras that have none to be known.
+    """Check that lenses are given only for cameras without depth.
 
     Raises:
-        SettingsError: a name that is none of the cameras without depth.
+        SettingsError: a name is not that of a camera without depth.
     """
     strange = [name for name in given if name not in without_depth]
     if strange:

@@ -1,6 +1,6 @@
 """A view as the adjustment uses it: rays times a focal length, and the size of the body, by frame.
 
-A camera with a known lens is undistorted here, once. Of another camera the focal length is guessed.
+Landmarks of a camera with a known lens are undistorted here, once. For other cameras the focal length is guessed.
 """
 
 from dataclasses import dataclass, replace
@@ -13,12 +13,12 @@ from studio.engine.model.cameras.joint_noise import LANDMARK_M
 from studio.engine.model.cameras.lens import usual_lens
 
 SMOOTH_S = 0.03
-"""Deviation of the kernel that landmarks are smoothed with. All cameras are smoothed alike, so that joints in fast
-motion stay where the cameras agree."""
+"""Standard deviation of the smoothing kernel for landmarks. It is the same for all cameras, so that they still agree
+on joints in fast motion."""
 SPEED_S = 0.08
-"""The same for speeds. A speed is uncertain where frames are few, and noise in it makes clock offsets too small."""
+"""The same for speeds. With few frames a speed is uncertain, and noise in it makes clock offsets too small."""
 _SMOOTH_STEPS, _NEAR_STEPS = 0.9, 1.3
-"""The same, and how near a frame must be to count, in steps between frames of slow cameras."""
+"""For slow cameras, in steps between frames: the same, and the largest distance of a frame that counts."""
 _WINDOW = 13
 _NEAR_S = 0.06
 _LOW_CONFIDENCE = 0.5
@@ -33,9 +33,9 @@ class ViewTrack:
         points: [pixel] from the picture's middle, undistorted if the lens is known, shape (frame_count, 17, 2).
         seen: shape (frame_count, 17).
         sigma: usual error [pixel], shape (frame_count, 17).
-        world_m: the network's guess of the joints about the hips [m], shape (frame_count, 17, 3).
+        world_m: the network's guess of the joints relative to the hips [m], shape (frame_count, 17, 3).
         focal: known or first focal length [pixel].
-        known: whether the lens is known, of which the focal length may be known to a share only.
+        known: whether the lens is known; its focal length may still have a deviation, `focal_share`.
         focal_share: see `View`.
         clock_within_s: see `View`.
     """
@@ -52,16 +52,16 @@ class ViewTrack:
 
     @property
     def step_s(self) -> float:
-        """Usual time between two frames [s]."""
+        """Return the usual time between two frames [s]."""
         return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 0.0
 
     @property
     def near_s(self) -> float:
-        """How near a frame must be to an instant to count for it [s]."""
+        """Return the largest time from an instant to a frame that counts for it [s]."""
         return max(_NEAR_S, _NEAR_STEPS * self.step_s)
 
     def exchanged(self, swapped: NDArray[np.bool_]) -> "ViewTrack":
-        """Return the track with left and right exchanged where `swapped`, shape (frame_count, 17), says so."""
+        """Return the track with left and right exchanged where `swapped`, shape (frame_count, 17), is True."""
         out = {}
         for name in ("points", "seen", "sigma", "world_m"):
             value = getattr(self, name)
@@ -86,7 +86,7 @@ class Sample:
 
 
 def make_track(view: View) -> ViewTrack:
-    """Return the view's landmarks about the picture's middle, with the size of their usual errors."""
+    """Return the view's landmarks relative to the picture's middle, with their usual errors."""
     seen, pixels = view.seen[:, COLUMNS], view.pixels[:, COLUMNS]
     pixels = np.where(seen[..., None], pixels, 0.0)
     world = np.where(seen[..., None], view.world_m[:, COLUMNS], 0.0)
@@ -107,7 +107,7 @@ def make_track(view: View) -> ViewTrack:
 
 
 def apart_within_s(a: ViewTrack, b: ViewTrack) -> float:
-    """Return how far two cameras' clocks may be apart [s]; infinite where nothing is known."""
+    """Return the largest difference between two cameras' clocks [s]; infinite if unknown."""
     if a.clock_within_s is None or b.clock_within_s is None:
         return np.inf
     return a.clock_within_s + b.clock_within_s
@@ -116,7 +116,7 @@ def apart_within_s(a: ViewTrack, b: ViewTrack) -> float:
 def _pixels_per_metre(
     points: NDArray[np.float64], world: NDArray[np.float64], seen: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Return the size of the body in the picture, shape (frame_count,): its spread over that of the guess."""
+    """Return the body's size in the picture, shape (frame_count,): its spread divided by that of the guess."""
     count = np.maximum(seen.sum(axis=1), 1)[:, None]
     w = seen[..., None]
     a = (points - (points * w).sum(axis=1, keepdims=True) / count[..., None]) * w
@@ -129,7 +129,7 @@ def _pixels_per_metre(
 def sample(track: ViewTrack, times_s: NDArray[np.float64]) -> Sample:
     """Return landmarks and their speeds at times of the camera's own clock, by lines fitted around each time.
 
-    Speeds are those of longer lines.
+    Speeds come from longer lines.
     """
     count = len(track.time_s)
     first = np.searchsorted(track.time_s, times_s) - _WINDOW // 2
@@ -170,7 +170,7 @@ def _line(
 
 
 def nearest(track: ViewTrack, times_s: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the frame nearest to each time of the camera's own clock, and whether it is near enough to be used."""
+    """Return the frame nearest to each time on the camera's own clock, and whether it is near enough to be used."""
     rows, away_s = nearest_time(track.time_s, times_s)
     return rows, away_s < track.near_s
 
@@ -178,7 +178,7 @@ def nearest(track: ViewTrack, times_s: NDArray[np.float64]) -> tuple[NDArray[np.
 def nearest_time(
     times_s: NDArray[np.float64], wanted_s: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the index of the time nearest to each wanted one, and how far it is from it [s]."""
+    """Return the index of the time nearest to each wanted one, and the difference between the two [s]."""
     right = np.clip(np.searchsorted(times_s, wanted_s), 1, len(times_s) - 1)
     left = right - 1
     rows = np.where(wanted_s - times_s[left] < times_s[right] - wanted_s, left, right)

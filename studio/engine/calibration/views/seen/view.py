@@ -1,4 +1,4 @@
-"""What one ordinary camera saw of a performer: landmarks in its pictures, by frame."""
+"""One ordinary camera's observations of a performer: landmarks in its pictures, by frame."""
 
 from dataclasses import dataclass
 
@@ -13,8 +13,8 @@ JOINTS: tuple[str, ...] = (
     *(f"{side}_{name}" for side in ("left", "right")
       for name in ("shoulder", "elbow", "wrist", "hand", "hip", "knee", "ankle", "toe")),
 )  # fmt: skip
-"""The canonical joints that are used: those that pose networks read each for itself. Hips and neck are only the
-middles of others, spine and chest are not read at all."""
+"""The canonical joints that are used: those that pose networks give directly. Hips and neck are only middles of other
+joints; spine and chest are not given at all."""
 COLUMNS: NDArray[np.int64] = np.array([INDEX[name] for name in JOINTS])
 """Their indices among the canonical joints."""
 NUMBER: dict[str, int] = {name: i for i, name in enumerate(JOINTS)}
@@ -32,12 +32,12 @@ class View:
         pixels: canonical joints in the picture [pixel], x to the right, y down, shape (frame_count, 21, 2);
             NaN = unseen.
         confidence: 0..1, shape (frame_count, 21).
-        world_m: the pose network's own guess of the joints about the middle of the hips [m], along the picture's
-            axes (x right, y down, z away), shape (frame_count, 21, 3); NaN = unseen.
+        world_m: the pose network's own guess of the joints relative to the middle of the hips [m], along the
+            picture's axes (x right, y down, z away), shape (frame_count, 21, 3); NaN = unseen.
         width, height: of the picture [pixel].
-        lens: of the camera; None = its focal length is to be found.
-        focal_share: deviation of its focal length, as a share of it; 0 = it is exactly that of `lens`.
-        clock_within_s: how far its clock may be from that of other views with this [s]; None = anything may be.
+        lens: of the camera; None = its focal length is unknown.
+        focal_share: relative deviation of its focal length from that of `lens`; 0 = exact.
+        clock_within_s: largest deviation from a clock shared with other views that have this [s]; None = unknown.
     """
 
     name: str
@@ -53,7 +53,7 @@ class View:
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """Whether a joint has a finite place inside the picture and some confidence, shape (frame_count, 21)."""
+        """Return whether a joint has a finite place in the picture and some confidence, shape (frame_count, 21)."""
         with np.errstate(invalid="ignore"):
             inside = (self.pixels >= 0).all(axis=2) & (self.pixels <= [self.width, self.height]).all(axis=2)
         return inside & (self.confidence > _LEAST_CONFIDENCE) & np.isfinite(self.world_m).all(axis=2)

@@ -1,1 +1,1 @@
-"""First clocks and places of the cameras, by the guessed bodies."""
+"""First clocks and places of the cameras, from the guessed bodies."""

@@ -1,7 +1,7 @@
-"""First clock offset between two cameras: when the network's guesses of the body move alike.
+"""First clock offset between two cameras, at which the network's guesses of the body move alike.
 
-For each offset the guesses, less their means over time, are brought together by one rotation; the offset with the
-highest correlation is the answer. This needs neither lens nor place of a camera.
+For each offset, one rotation aligns the guesses minus their means over time; the offset with the highest correlation
+is the result. This needs neither lens nor place of a camera.
 """
 
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from studio.engine.calibration.views.seen.tracks import ViewTrack, apart_within_s, nearest
 
 LONGEST_S = 2.0
-"""Largest offset that is looked for at first."""
+"""Largest offset in the first search."""
 FARTHEST_S, FARTHEST_SHARE = 20.0, 0.4
-"""Largest one that is looked for where none so near is found, also as a share of the shorter stream."""
+"""Largest offset in the second search, if the first finds none, also as a share of the shorter stream."""
 _SURE = 0.35
 _STEP_S, _COARSE_S = 1.0 / 60.0, 1.0 / 15.0
 _LEAST_FRAMES = 20
@@ -22,10 +22,10 @@ _LEAST_FRAMES = 20
 
 @dataclass(frozen=True)
 class Together:
-    """How two cameras go together in time.
+    """Relation of two cameras in time.
 
     Attributes:
-        ahead_s: how far the moments of the second camera are ahead of its stamps, on the first one's clock [s].
+        ahead_s: what is added to the second camera's stamps to give the first one's clock [s].
         correlation: of the motions at that offset, up to 1; 0 = nothing in common.
         frames: number of instants that both saw.
     """
@@ -36,7 +36,7 @@ class Together:
 
 
 def compare(a: ViewTrack, b: ViewTrack) -> Together:
-    """Return the offset, among those that are possible, at which the two tracks' motions are most alike."""
+    """Return the possible offset at which the two tracks' motions are most alike."""
     if min(len(a.time_s), len(b.time_s)) < _LEAST_FRAMES:
         return Together(0.0, 0.0, 0)
     within_s = apart_within_s(a, b)
@@ -62,7 +62,7 @@ def _best(a: ViewTrack, b: ViewTrack, steps: NDArray[np.float64]) -> Together:
     for i, ahead in enumerate(steps):
         values[i], counts[i] = _alike(a, b, float(ahead))
     values[counts < _LEAST_FRAMES] = 0.0
-    # a gait repeats itself: the longer overlap counts
+    # a gait repeats itself, so longer overlaps weigh more
     weighed = values * np.sqrt(counts / max(int(counts.max()), 1))
     best = int(weighed.argmax())
     if counts[best] < _LEAST_FRAMES:
@@ -84,13 +84,13 @@ def _alike(a: ViewTrack, b: ViewTrack, ahead_s: float) -> tuple[float, int]:
 
 
 def _changes(world: NDArray[np.float64], used: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return guesses less each joint's mean over the used instants; 0 where not used."""
+    """Return guesses minus each joint's mean over the used instants; 0 where not used."""
     w = used[..., None]
     return (world - (world * w).sum(axis=0) / np.maximum(w.sum(axis=0), 1)) * w
 
 
 def _peak(values: NDArray[np.float64], i: int) -> float:
-    """Return where between the neighbours of a highest value the parabola through them has its top, -0.5..0.5."""
+    """Return the offset from the highest value to the peak of the parabola through its neighbours, -0.5..0.5."""
     if not 0 < i < len(values) - 1:
         return 0.0
     left, middle, right = values[i - 1 : i + 2]

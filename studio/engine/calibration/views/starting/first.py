@@ -1,4 +1,4 @@
-"""The first rig: cameras placed two by two, then chained by the pairs that fit best."""
+"""The first rig: cameras placed in pairs, then chained by the pairs that fit best."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,19 +21,19 @@ _TRIED = 3
 _ROUNDS = 8
 _SMALL = 1e-3
 _STEP_S = 1.062 / 30.0
-"""Between instants, no multiple of cameras' periods: instants then lie everywhere between frames. Where all are as
-far from a frame, lines fitted to noisy landmarks agree best at a wrong clock offset."""
+"""Step between instants, no multiple of frame periods: instants then lie everywhere between frames. If all are at one
+distance from a frame, lines fitted to noisy landmarks agree best at a wrong clock offset."""
 _LEAST_JOINTS = 8
 
 
 @dataclass(frozen=True)
 class ViewPair:
-    """Two cameras placed by themselves.
+    """Two cameras placed relative to each other.
 
     Attributes:
-        together: how they go together in time.
+        together: their relation in time.
         T: transform from the second camera to the first [m].
-        misfit: how badly their rays meet, see `sides.misfit`; infinite if they saw nothing together.
+        misfit: error of their rays, see `sides.misfit`; infinite if they saw nothing together.
     """
 
     together: Together
@@ -44,7 +44,7 @@ class ViewPair:
 def first_pairs(
     tracks: list[ViewTrack], height_m: float, told: Callable[[float], None] = lambda share: None
 ) -> dict[tuple[int, int], ViewPair]:
-    """Return all pairs of cameras, placed by the bodies that the network guessed."""
+    """Return all pairs of cameras, placed by the network's guesses of the body."""
     guessed = [bodies(track) for track in tracks]
     every = list(combinations(range(len(tracks)), 2))
     out = {}
@@ -75,7 +75,7 @@ def _pair(tracks: list[ViewTrack], guessed: list[Array], height_m: float) -> Vie
 def adjust_places(
     rig: CameraRig, tracks: list[ViewTrack], times_s: Array, height_m: float, rounds: int
 ) -> FittedRig:
-    """Return the rig after an adjustment of its places alone, with all errors taken as large."""
+    """Return the rig after an adjustment of its places alone, with all errors assumed large."""
     count = len(tracks)
     _, samples, joints = brought_together(rig, tracks, times_s)
     limbs = limbs_m(height_m)
@@ -87,7 +87,7 @@ def adjust_places(
 
 
 def chain(pairs: dict[tuple[int, int], ViewPair], tracks: list[ViewTrack]) -> CameraRig | None:
-    """Return the rig of the pairs that fit best, from the first camera on; None if one camera has no pair."""
+    """Return the rig chained from the first camera by the best pairs; None if a camera has no pair."""
     places: dict[int, Array] = {0: np.eye(4)}
     ahead = {0: 0.0}
     while len(places) < len(tracks):
@@ -109,8 +109,8 @@ def chain(pairs: dict[tuple[int, int], ViewPair], tracks: list[ViewTrack]) -> Ca
 
 
 def common_instants(tracks: list[ViewTrack], ahead_s: Array, most: int) -> Array:
-    """Return at most so many instants [s], on the clock that the offsets lead to, at which two cameras or more see a
-    body; evenly taken of a regular grid."""
+    """Return at most `most` instants [s], on the clock to which the offsets lead, at which two or more cameras see a
+    body; evenly chosen from a regular grid."""
     starts = [track.time_s[0] + ahead for track, ahead in zip(tracks, ahead_s, strict=True)]
     ends = [track.time_s[-1] + ahead for track, ahead in zip(tracks, ahead_s, strict=True)]
     times = np.arange(min(starts), max(ends), _STEP_S)

@@ -1,4 +1,4 @@
-"""First places of the cameras: the guessed bodies put in front of each camera, then brought together."""
+"""First places of the cameras: guessed bodies are placed in front of each camera, then aligned."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,10 +46,10 @@ def _place(body: Array, rays: Array) -> Array:
 
 
 def places(a: ViewTrack, b: ViewTrack, bodies_a: Array, bodies_b: Array, ahead_s: float) -> list[Array]:
-    """Return transforms from camera b to camera a that may be the first one, the likeliest first.
+    """Return candidate transforms from camera b to camera a, the likeliest first.
 
-    The guesses of two cameras that face each other may be turned by half a circle, or have left and right exchanged;
-    so besides the turn that most instants agree with, turns about the upright body are offered.
+    The guesses of two cameras that face each other may be turned by half a circle, or have left and right exchanged.
+    The candidates therefore include turns about the upright body as well as the turn that most instants agree with.
     """
     rows, near = nearest(b, a.time_s - ahead_s)
     x, y = bodies_a, bodies_b[rows]
@@ -70,7 +70,7 @@ def places(a: ViewTrack, b: ViewTrack, bodies_a: Array, bodies_b: Array, ahead_s
 
 
 def _joined(turn: Array, source: Array, target: Array) -> Array:
-    """Return the transform of a known turn that brings points together, robustly."""
+    """Return the transform with a known rotation that best aligns points, robustly."""
     shift = np.median(target - source @ turn.T, axis=0)
     for _ in range(10):
         rest = target - source @ turn.T - shift
