@@ -26,7 +26,7 @@ def stage_motion(
 ) -> tuple[CanonicalMotion, float | None]:
     """Return a motion on the stage at 120 Hz, after its calibration part, and that part's length [s].
 
-    The path of the hips is centred over the stage's origin. At their lowest, the feet stand on the floor.
+    The path of the hips is centred over the stage's origin. The lower foot stands on the floor at its 2nd percentile.
 
     Raises:
         FormatError: see `canonical_animation`; or fewer than two frames are left.

@@ -10,7 +10,7 @@ from studio.review.report.page import Markup, html_table
 RULE = (
     "Kept here: neither the absolute difference nor the clean-up rises and at least one of absolute difference, "
     "shortest distance and clean-up falls, each by more than chance over motions and seeds (95 %); and of the votes "
-    "that were cast here, at least half are for it. `open` where nothing is told either way."
+    "that were cast here, at least half are for it. `open` where neither is shown."
 )
 
 

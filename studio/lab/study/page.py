@@ -74,8 +74,8 @@ def _summary(study: Study, cells: list[CellJson], shown: list[Table], results: R
         ),
         paragraph(
             f"Of {len(every)} comparisons with the thesis {counts['agrees']} agree in direction, {counts['differs']} "
-            f"do not, and {counts['open']} are not told from chance with so many recordings. Intervals are 95 %, by "
-            "bootstrap over motions and seeds; a change is told where its interval leaves out 0."
+            f"do not, and {counts['open']} cannot be told from chance with this many recordings. Intervals are 95 %, "
+            "by bootstrap over motions and seeds; a change is reported if its interval leaves out 0."
         ),
         "<h2>The headline</h2>",
         bullets(headline(results)),

@@ -77,7 +77,7 @@ def run_study(
                     progress(sum(_path(out, cell).is_file() for cell in study.cells) / total)
         except BrokenProcessPool as error:
             raise StudioError(
-                "study.broke_off", "a process of the study broke off; start it again, it goes on"
+                "study.broke_off", "a process of the study broke off; start it again, and it continues"
             ) from error
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)

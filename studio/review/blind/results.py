@@ -114,7 +114,7 @@ def chosen(showing: Showing, event: VoteEvent) -> str:
 
 
 def results(test: BlindTest, voters: list[Voter]) -> BlindResults:
-    """Return all figures of a test. Repeats count for the voters' consistency only."""
+    """Return all figures of a test. Preferences leave repeats out, which show the voters' consistency."""
     votes = cast_votes(test, voters)
     first = [one for one in votes if not one[1].repeat]
     pairs = [

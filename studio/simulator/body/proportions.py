@@ -50,8 +50,8 @@ def performer_offsets(performer: Actor) -> Array:
 def carried_over(positions_m: Array, offsets_m: Array, new_offsets_m: Array, turned: Array | None) -> Array:
     """Return joint positions retargeted to the body with `new_offsets_m`, shape (F, 21, 3).
 
-    Bones turn as in the motion. The path of the hips scales with the legs. At their lowest, the feet stand on the
-    floor.
+    Bones turn as in the motion. The path of the hips scales with the legs. The lower foot stands on the floor at
+    its 2nd percentile.
 
     Args:
         positions_m: of the body with `offsets_m`, shape (F, 21, 3).

@@ -38,7 +38,7 @@ _OWN = np.array(
         for row in range(LANDMARKS)
     ]
 )
-"""Bones that never hide a landmark: those of its finger and those that end at it; shape (21, 23)."""
+"""Bones that never hide a landmark: its finger's and those that end at it, all for the wrist; shape (21, 23)."""
 
 
 class HandTracker:
