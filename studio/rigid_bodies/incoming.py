@@ -132,8 +132,8 @@ class IncomingBodies:
             self.on_heard(now_ns, axes, PacketContent(kept, heard.markers))
 
     def at(self, time_ns: int, fresh_ns: int = _FRESH_NS) -> tuple[PlacedBody, ...]:
-        """Return the bodies at a time on the server's clock [ns], up to 2 s ago, in the stage frame: those seen
-        within `fresh_ns` of it."""
+        """Return the bodies seen within `fresh_ns` of a time on the server's clock [ns], up to 2 s ago, in the stage
+        frame."""
         with self._lock:
             recent = {name: _around(mine, time_ns) for name, mine in self._recent.items()}
         settings = self.settings

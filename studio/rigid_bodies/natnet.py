@@ -50,7 +50,7 @@ class NatNetDecoder:
 
     @property
     def knows_names(self) -> bool:
-        """Whether the server has described its assets, some of which have markers."""
+        """Whether the server has described its assets, and some have markers."""
         return self._model is not None and bool(self._model.assets)
 
     def feed(self, data: bytes) -> PacketContent:

@@ -60,7 +60,7 @@ def simulate_take(
 
     Args:
         motion_path: an animation that `animation.read.files` reads, without the first frame of a BVH, which is a rest
-            pose; or `demo`, the embedded performer. Several paths: as many performers; the first walks for the
+            pose; or `demo`, the embedded performer. Several paths: one performer each; the first walks for the
             calibration, and their true joints go to `<out>.truth.performer_1.csv` and so on.
         out: folder of the new take.
         cameras: 1 to 4 of the standard rigs; ignored with `rig`.
@@ -81,7 +81,8 @@ def simulate_take(
     Raises:
         FormatError: a motion or rig that cannot be used.
         TakeError: `out` or its truth exists.
-        SettingsError: an unknown sensor, tracker or performer, a negative seed, or a prop that nothing shows.
+        SettingsError: an unknown sensor, tracker or performer, a negative seed, or a prop without `depth` or for
+            several performers.
     """
     _check(sensor, tracker, seed)
     several = not isinstance(motion_path, str | Path) and len(motion_path) > 1

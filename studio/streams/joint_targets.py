@@ -28,7 +28,7 @@ WATCHDOG_S = 0.25
 
 RESUME_S = 1.5
 SLOW = 0.1
-"""Time in which a robot that begins to follow reaches full pace, and the initial share of its velocities."""
+"""Time in which a robot that starts to follow reaches full velocity [s], and the initial share of the velocity."""
 
 WAIT, FOLLOW, HOLD = "wait", "follow", "hold"
 
@@ -51,7 +51,7 @@ class JointTargets:
         self._sequence = 0
 
     def head(self) -> dict[str, Any]:
-        """Return the message that describes the others."""
+        """Return the head, the message that describes the others."""
         return {
             "type": "robot",
             "format_version": FORMAT_VERSION,
@@ -114,4 +114,4 @@ def encoded(message: Mapping[str, Any]) -> bytes:
 
 
 Load = Callable[[str], "Robot"]
-"""Returns a kept robot by its name; raises FormatError."""
+"""Returns a stored robot by its name; raises FormatError."""

@@ -47,7 +47,7 @@ class Outputs:
             sender.add(result)
 
     def robot(self, name: str) -> "Robot":
-        """Return a kept robot.
+        """Return a stored robot.
 
         Raises:
             FormatError: as `load_robot`.

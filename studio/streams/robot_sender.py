@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 HEAD_S = 1.0
-"""Interval of the message that describes the others, for receivers that start later."""
+"""Interval of the head message, for receivers that start later [s]."""
 
 
 class JointThread:
-    """Gives a robot's joint targets to `send`, one message per period, until `close`."""
+    """Passes a robot's joint targets to `send`, one message per period, until `close`."""
 
     def __init__(
         self,

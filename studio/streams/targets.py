@@ -36,7 +36,7 @@ class Target(Struct, frozen=True):
         actor: name of the character, if the format has one.
         performer: name of the performer whose motion is sent; "" = of all where the format has room for several, else
             of the first.
-        robot: name of the kept robot whose joint targets are sent, for the kind `robot`.
+        robot: name of the stored robot whose joint targets are sent, for the kind `robot`.
         enabled: whether it receives frames.
     """
 

@@ -16,7 +16,7 @@ from studio.timecode.sources import TimecodeSource, open_source
 
 OFF = "off"
 _RECENT, _SLOW = 150, 600
-"""Numbers of readings kept: all recent ones, and one per second for the drift."""
+"""Numbers of readings kept: the most recent ones, and one per second for the drift."""
 
 _FRESH_NS, _SECOND_NS = 200_000_000, 1_000_000_000
 _HEARD_NS = 1_000_000_000
@@ -97,7 +97,7 @@ class IncomingTimecode:
                     self._thread.start()
 
     def close(self) -> None:
-        """Stop listening; a device that does not answer is waited for at most 1 s."""
+        """Stop listening; wait at most 1 s for a device that does not answer."""
         self._stopping.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(timeout=1.0)
@@ -140,7 +140,7 @@ class IncomingTimecode:
         return path.timecodes_at(np.array([time_ns * 1e-9]))[0]
 
     def _why_not(self, source: TimecodeSource) -> str:
-        """Return why the input of a source is no timecode, "" = there is no input."""
+        """Return why the input of a source is rejected, "" = there is no input."""
         if source.backwards:
             return say("timecode.backwards", "the timecode runs backwards; it counts once it runs forwards")
         if not source.refused:

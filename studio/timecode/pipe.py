@@ -12,7 +12,7 @@ class Pipe:
     no data from others.
 
     Args:
-        path: path of the pipe; it needs no writer yet.
+        path: path of the pipe, which may still be without a writer.
         stopping: ends a read that waits.
         ends: True = it ends when its writer closes it, False = it waits for the next writer.
 

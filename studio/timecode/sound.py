@@ -111,7 +111,7 @@ class LtcSource:
 
 
 class _Offsets:
-    """Time of the first sample on a clock, from the arrival times of pieces: the least delayed ones give it."""
+    """Time of the first sample on a clock, estimated from the pieces that arrived with the least delay."""
 
     def __init__(self) -> None:
         self._before: float | None = None
@@ -135,7 +135,7 @@ def _device(what: str) -> tuple[str | None, str]:
 
 
 def _opened(what: "str | Pipe", kind: str | None = None, *, live: bool = False) -> "InputContainer":
-    """Return an opened container; `live`: begin at once, with little probing.
+    """Return an opened container; `live`: start at once, with little probing.
 
     Raises:
         OSError, ValueError: it cannot be opened.

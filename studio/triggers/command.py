@@ -13,8 +13,8 @@ class TriggerCommand:
         name, session: names of the take and its session; "" = not given.
         notes: notes for the slate.
         timecode: the sender's timecode, "" = not given.
-        packet: identifies the request among those of its sender, "" = not given; a second one with it does nothing.
-        success: for a stop, whether its sender calls the take good.
+        packet: the sender's identifier of the request, "" = not given; a second request with it does nothing.
+        success: for a stop, whether its sender marks the take as good.
         token: the given token, "" = none.
     """
 

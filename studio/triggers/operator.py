@@ -27,7 +27,7 @@ class Recorded(Protocol):
     """The live stage, as a trigger operates it."""
 
     def recording_name(self) -> str | None:
-        """Return `<session>/<take>` of the recording under way, or None."""
+        """Return `<session>/<take>` of the current recording, or None."""
         ...
 
     def start_trigger(self, session: str | None, take: str | None, notes: str) -> str:

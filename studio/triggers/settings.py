@@ -51,7 +51,7 @@ class TriggerSettings(Struct, frozen=True, forbid_unknown_fields=True):
         """Check the values.
 
         Raises:
-            SettingsError: a value that is not allowed, or a trigger that is on without what it needs.
+            SettingsError: a value that is not allowed, or a trigger that is on and lacks a setting.
         """
         for name in ("xml_port", "osc_port"):
             _within(name, getattr(self, name), 1, 65_535)

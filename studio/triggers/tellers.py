@@ -94,7 +94,7 @@ class WebhookTeller:
         self._thread.start()
 
     def tell(self, news: TriggerNews) -> None:
-        """Queue the news for posting; if too many wait, they are dropped, which is reported."""
+        """Queue the news for posting; if the queue is full, they are dropped, which is reported."""
         try:
             self._queue.put_nowait(news)
         except queue.Full:
@@ -131,7 +131,7 @@ class WebhookTeller:
         return self.heard.status()
 
     def close(self) -> None:
-        """Stop posting; a post under way is waited for at most 1 s."""
+        """Stop posting; wait at most 1 s for a post in progress."""
         self._stopping.set()
         while True:
             try:

@@ -1,4 +1,4 @@
-"""Combinations of the switches that pair every value of one with every value of every other at least once."""
+"""Combinations of the switches in which every value of one switch meets every value of every other at least once."""
 
 import itertools
 
@@ -24,7 +24,7 @@ NUMBERS = {
 
 
 def available() -> dict[str, tuple[str, ...]]:
-    """Every switch's values that this version does, but for `finish`, which is no matter of single frames."""
+    """Every switch's values that this version supports, except `finish`, which does not apply to single frames."""
     values = {}
     for key, choices in (CHOICES | NUMBERS).items():
         if key != "finish":
@@ -43,7 +43,7 @@ def _does(key: str, value: str) -> bool:
 def pairwise(values: dict[str, tuple[str, ...]], seed: int = 0) -> list[tuple[str, ...]]:
     """Return lists of `key=value`, each with every key, that together hold every pair of values.
 
-    Greedy: of 12 random candidates, each completed key by key with the value of most pairs left, the best is kept.
+    Greedy: the best of 12 random candidates is kept. Each is completed key by key with the value of most pairs left.
     """
     rng, keys = np.random.default_rng(seed), list(values)
     left = {

@@ -1,11 +1,11 @@
-"""What finishing could reach in white noise if it knew how each degree of freedom accelerates: a limit, not a method.
+"""What finishing could reach in white noise if it knew each degree of freedom's acceleration: a limit, not a method.
 
-    python -m tests.engine.known_accelerations [--data FOLDER]
+python -m tests.engine.known_accelerations [--data FOLDER]
 
-The acceleration prior asks how much a degree of freedom accelerates, and finishing has to guess that from noisy
-joints. Here it is taken from the same motion finished without noise: the root mean square around every frame, per
-degree of freedom, times a factor, since accelerations are alike from frame to frame. The best of several factors
-counts. RMS over 21 joints [cm] and error of acceleration [m/s2], as `white_noise` measures them.
+The acceleration prior needs the size of each degree of freedom's acceleration, which finishing has to guess from
+noisy joints. Here it is taken from the same motion finished without noise: the root mean square around every frame,
+per degree of freedom, times a factor, since accelerations are correlated from frame to frame. The best of several
+factors counts. RMS over 21 joints [cm] and error of acceleration [m/s2], measured as in `white_noise`.
 """
 
 import argparse
@@ -30,16 +30,16 @@ from studio.engine.whole_take.take import solve_frames
 from tests.engine.white_noise import Figures, figures, noisy_take
 
 MOTIONS = ("02_05", "14_08", "49_02")
-"""Without 05_06: its true joints jump as no human's do (`white_noise_parts`)."""
+"""Motions; 05_06 is left out, since its true joints jump as no human's do (`white_noise_parts`)."""
 
 AROUND_S, FACTORS = 0.15, (5.0, 8.0, 12.0)
 LEAST_SHARE = 0.2
-"""Of a degree of freedom's root mean square over the take, where it hardly moves for a while."""
+"""Least deviation while a degree of freedom hardly moves, as a share of its root mean square over the take."""
 
 
 @contextmanager
 def known(deviation: NDArray[np.float64]) -> Iterator[None]:
-    """Finishing within takes these deviations of accelerations [rad or m per frame2], shape (frame_count - 2, nv)."""
+    """Make finishing use these deviations of accelerations [rad or m per frame2], shape (frame_count - 2, nv)."""
     usual, window = Smoother._acceleration_stiffness, finisher.WINDOW
     Smoother._acceleration_stiffness = lambda self, acceleration: 1.0 / deviation**2
     finisher.WINDOW = 1_000_000
@@ -50,7 +50,7 @@ def known(deviation: NDArray[np.float64]) -> Iterator[None]:
 
 
 def deviations(bvh: Path) -> NDArray[np.float64]:
-    """Return how much each degree of freedom accelerates around each frame [rad or m per frame2]."""
+    """Return the size of each degree of freedom's acceleration around each frame [rad or m per frame2]."""
     frames, calibration, _ = noisy_take(bvh, noise=False)
     poses = solve_frames(frames, calibration, parse_settings("finish", ()))
     assert calibration.performer is not None
@@ -64,7 +64,7 @@ def deviations(bvh: Path) -> NDArray[np.float64]:
 
 
 def limit(bvh: Path) -> tuple[Figures, Figures]:
-    """Return the figures of finishing, and the best of those with known accelerations."""
+    """Return the figures of finishing, and the best ones with known accelerations."""
     frames, calibration, truth = noisy_take(bvh)
     settings = parse_settings("finish", ())
     usual = figures(solve_frames(frames, calibration, settings), truth)

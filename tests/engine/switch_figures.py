@@ -1,7 +1,7 @@
 """The figures of docs/switches.md: `python -m tests.engine.switch_figures` (a minute).
 
-Two recordings of noisy joints, preset `studio` with one switch changed, each line error [mm], error of acceleration
-[m/s2], foot slide [cm/s] and lag [ms] of the first / the second.
+Two recordings of noisy joints, preset `studio` with one switch changed. Each line has error [mm], error of
+acceleration [m/s2], foot slide [cm/s] and lag [ms] of the first / the second.
 """
 
 import os

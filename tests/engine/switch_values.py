@@ -1,4 +1,4 @@
-"""The values of switches, as tests go through them."""
+"""The values of switches that tests go through."""
 
 from studio.engine.model.settings.settings import SWITCHES
 from studio.engine.model.settings.switches import Choice, Number
@@ -9,4 +9,4 @@ CHOICES = {
 """Switches with a fixed list of values, as `--set` writes them."""
 
 RANGES = {s.name: (s.low, s.high) for s in SWITCHES.values() if isinstance(s, Number)}
-"""Switches that are a number, with their least and greatest value."""
+"""Switches that are a number, with their minimum and maximum."""

@@ -1,4 +1,4 @@
-"""Bad input, live and finished: the pose stays finite and human, and what it does not follow is told."""
+"""Bad input, live and finished: the pose stays finite and human, and joints that it does not follow are reported."""
 
 from dataclasses import replace
 
@@ -40,7 +40,7 @@ START_S, SECONDS = 1.0, 1.4
 
 
 def long(*values):
-    """Values of a test's parameters that the short form has others for."""
+    """Values of a test's parameters for the long form only; the short form has others."""
     return pytest.param(*values, marks=pytest.mark.long)
 
 
@@ -58,13 +58,13 @@ def seen(change, seconds=SECONDS, noise_m=0.005, calibration=STAGE):
 
 
 def solved(frames, way, calibration=STAGE):
-    """Poses, and what was not followed."""
+    """Poses, and the report of joints that were not followed."""
     residuals = SolveResiduals()
     return solve_frames(frames, calibration, parse_settings(way), residuals=residuals), residuals
 
 
 def assert_human(poses, body=None):
-    """Finite, bones of their length, every hinge within its range."""
+    """Check for finite values, constant bone lengths, and every hinge within its range."""
     body = body or performer()
     skeleton = Skeleton.of(body)
     full = build_humanoid(skeleton)
@@ -83,7 +83,7 @@ def assert_human(poses, body=None):
 
 
 def error_m(poses, start_s=0.0, joints_at=arms_swinging):
-    """Mean error of the measured joints from a time on [m]."""
+    """Mean error of the measured joints from a given time on [m]."""
     late = poses.time_s >= start_s
     truth = np.array([joints_at(t) for t in poses.time_s[late]])
     found = poses.positions_m[late][:, OUTPUT_OF_CANONICAL_INDEX]
@@ -204,7 +204,7 @@ def somebody_else(time_s):
 
 @pytest.mark.parametrize("way", WAYS)
 def test_a_second_person_in_one_camera(way):
-    """For 0.4 s one of two cameras shows somebody else: the performer is followed."""
+    """For 0.4 s one of two cameras shows another person: the performer is still followed."""
 
     def changed(time_s, camera, positions):
         if camera == "b" and 1.6 < time_s < 2.0:
@@ -220,7 +220,7 @@ def test_a_second_person_in_one_camera(way):
 
 @pytest.mark.parametrize("way", WAYS)
 def test_a_second_person_in_all_cameras_by_turns(way):
-    """Every tenth of a second all cameras swap the performer for somebody else, without end."""
+    """Every tenth of a second, to the end, all cameras swap the performer for another person."""
 
     def changed(time_s, camera, positions):
         if round(time_s * 30) // 3 % 2:
@@ -234,7 +234,7 @@ def test_a_second_person_in_all_cameras_by_turns(way):
 
 @pytest.mark.parametrize("way", WAYS)
 def test_what_no_human_can_do_is_told(way):
-    """A wrist that is held half a metre away from where the arm can reach."""
+    """A wrist that is held half a metre outside the arm's reach."""
 
     def pulled(time_s, _camera, positions):
         if time_s > 1.7:
@@ -271,7 +271,7 @@ def test_a_child_and_a_giant(height_m, way):
 
 @pytest.mark.parametrize(("height_m", "way"), SIZES)
 def test_somebody_of_another_size_than_was_calibrated(height_m, way):
-    """The calibrated performer is 1.78 m: the pose stays one of that size, and says what it does not reach."""
+    """The calibrated performer is 1.78 m: the pose keeps this size, and what it cannot reach is reported."""
 
     def other(_t, camera, positions):
         T = STAGE.cameras[camera].T_stage_camera

@@ -1,4 +1,4 @@
-"""Every switch in any combination: pairs of all values, on a short motion with noise, gaps and spikes."""
+"""Every switch in any combination: all pairs of values, on a short motion with noise, gaps and spikes."""
 
 from dataclasses import replace
 
@@ -26,14 +26,14 @@ def at_the_limits(time_s):
     body = humanoid()
     low, high = body.range_rad.T
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    reach = 0.3 + 0.7 * min(1.0, time_s - 1.0)  # wider and wider
+    reach = 0.3 + 0.7 * min(1.0, time_s - 1.0)  # with growing range
     q = body.rest_qpos
     q[7:] = middle + reach * half * np.sin(2 * np.pi * 0.6 * time_s + np.arange(len(half)))
     return site_positions(body, q)
 
 
 def disturbed_frames():
-    """1.2 s of two cameras: noise, joints that drop out or jump, 0.2 s without anybody, hand states that flicker."""
+    """1.2 s of two cameras: noise, joints that drop out or jump, 0.2 s without a person, hand states that flicker."""
     rng = np.random.default_rng(1)
     for frame in recorded(STAGE, at_the_limits, 1.2, noise_m=0.015):
         positions = frame.positions.copy()
@@ -54,7 +54,7 @@ def run(settings):
 
 
 def excess_deg(settings, results):
-    """How far the output is outside its ranges, fingers included, by hinge: the worst and its name."""
+    """How far the output is outside its ranges, including fingers: the largest excess, and the name of its hinge."""
     full = build_humanoid(Skeleton.of(performer()), flexibility=settings.flexibility)
     low, high = full.range_rad.T
     worst, name = 0.0, ""

@@ -1,5 +1,5 @@
-"""The known faults of the thesis's versions, which must not come back: jumps at hyper-extension, A-framed knees,
-running destroyed by smoothing."""
+"""Known faults of the thesis's versions, which must not come back: jumps at hyper-extension, A-framed knees, and
+runs destroyed by smoothing."""
 
 from functools import cache
 from itertools import product
@@ -21,7 +21,7 @@ WITH_LIMITS = ("human_limits=on", "floor_contact=off")
 
 
 def solved(joints_over_time, *assignments, preset="studio", body_of=None, noise_m=0.0, seed=1):
-    """Canonical joints [m], shape (frame_count, 21, 3), of the pose that follows these."""
+    """Canonical joints [m], shape (frame_count, 21, 3), of the pose that follows these joints."""
     settings, rng = parse_settings(preset, assignments), np.random.default_rng(seed)
     body, smoothing, out = BodySolver(body_of or performer(), settings), settings.smoothing_filter, []
     before = DisplacementLimitBefore(DEFAULT_M_S) if settings.displacement_limit == "before" else None
@@ -35,7 +35,7 @@ def solved(joints_over_time, *assignments, preset="studio", body_of=None, noise_
 
 
 def hinges_swinging(names, low_deg, high_deg, seconds=3.0):
-    """A standing performer whose named hinges swing between two angles every 2 s, human or not."""
+    """A standing performer whose named hinges swing between two angles every 2 s, within human limits or not."""
     human = humanoid(human_limits=False)
     at = [human.model.joint(name).qposadr[0] for name in names]
     joints = []
@@ -66,9 +66,9 @@ HYPER += [("elbow", "previous_pose", 0.0), ("elbow", "combined_skeleton", 0.003)
     ],
 )
 def test_slight_hyper_extension_does_not_make_it_jump(limb, ik, noise_m):
-    """A limb going straight and 7 to 10 degrees beyond moves as smoothly as one that stays bent.
+    """A limb that straightens to 7 to 10 degrees beyond moves as smoothly as one that stays bent.
 
-    Short: each limb, solver and noise; the long form has all together.
+    Short: each limb, solver and noise; the long form has all combinations.
     """
     names, beyond, bent, joints = LIMBS[limb]
     rows = [INDEX[name] for name in joints]
@@ -128,7 +128,7 @@ ENDS = (
 
 
 def amplitude_m(joints, end, base):
-    """RMS distance of an end from its mean place relative to the trunk."""
+    """RMS distance of an end from its mean place, relative to the trunk."""
     path = joints[20:, INDEX[end]] - joints[20:, INDEX[base]]
     return float(np.sqrt(((path - path.mean(axis=0)) ** 2).sum(axis=1).mean()))
 

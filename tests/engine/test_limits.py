@@ -1,4 +1,4 @@
-"""Human limits at any input: random and adversarial joints in every mode of the solve, fingers included."""
+"""Human limits for any input: random and adversarial joints in every mode of the solve, including fingers."""
 
 from functools import cache
 
@@ -45,12 +45,12 @@ UNHURRIED = {
 
 @cache
 def body_of(flexibility):
-    """The humanoid within limits of this flexibility, fingers apart."""
+    """The humanoid with limits of this flexibility, without fingers."""
     return build_humanoid(SKELETON, flexibility=flexibility)
 
 
 def finger_bends_rad(result):
-    """Bend of each finger joint [rad], by name; they turn about their hinge and about nothing else."""
+    """Bend of each finger joint [rad], by name; each turns only about its hinge."""
     local = Rotation.from_matrix(local_rotations(matrices(result.rotations_wxyz))).as_rotvec()
     bends = {}
     for name in FINGER_JOINTS:
@@ -99,7 +99,7 @@ KINDS = {
     "exchanged": lambda rng, scale: rng.permutation(human(rng)),
     "far": lambda rng, scale: human(rng) + 20 * scale,
 }
-"""Ways to make one frame's joints of a random generator and a length [m]."""
+"""Functions that make one frame's joints from a random generator and a length [m]."""
 
 EVENTS = st.lists(
     st.tuples(
@@ -115,7 +115,7 @@ EVENTS = st.lists(
 
 
 def run(mode, flexibility, seed, events):
-    """Results of a few frames of each event in turn; the first are a performer's."""
+    """Results of a few frames of each event in turn; the first frames are a performer's."""
     rng, results = np.random.default_rng(seed), []
     pipeline = Pipeline(STAGE, parse_settings("studio", (f"ik={mode}", f"flexibility={flexibility}")))
     time_s, number = 1.0, 0

@@ -51,7 +51,7 @@ def assignments(seed):
     chosen |= {
         "finish": str(rng.choice(CHOICES["finish"])),
         "cameras": str(rng.choice(["all", NAMES, *CALIBRATION.cameras])),
-        "confidence_threshold": f"{0.8 * rng.random():.3f}",  # above, hardly any joint is sure enough
+        "confidence_threshold": f"{0.8 * rng.random():.3f}",  # above it, hardly any joint is confident enough
         "flexibility": f"{2 * rng.random():.3f}",
         "relax_pose": f"{rng.random() if rng.random() < 0.5 else 0:.3f}",
         "bone_length_limit": "off" if rng.random() < 0.5 else f"{20 * rng.random():.2f}",
@@ -61,9 +61,9 @@ def assignments(seed):
         for name in ("reach", "pull", "resist"):
             chosen[f"effectors.{joint}.{name}"] = f"{rng.choice([0, 1, rng.random()]):.3f}"
         chosen[f"displacement_limits_m_s.{joint}"] = f"{rng.choice([0, 0.5, 10]):.3f}"
-    if chosen["ik"] == "none":  # nothing to refine, which is told
+    if chosen["ik"] == "none":  # nothing to refine, which is reported
         chosen["finish"] = "off"
-    if chosen["finish"] == "off" and "physics" in chosen:  # what physics corrects is a finished take
+    if chosen["finish"] == "off" and "physics" in chosen:  # physics corrects finished takes only
         chosen["physics"] = "off"
     return tuple(f"{key}={value}" for key, value in chosen.items())
 

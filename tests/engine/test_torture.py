@@ -1,4 +1,4 @@
-"""No limb lost, no flip: torture motions through the pipeline, with ideal and with noisy cameras."""
+"""No lost limb, no flip: torture motions through the pipeline, with ideal and with noisy cameras."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def test_noisy_joints_finished():
 
 
 def test_a_leg_that_is_faster_than_a_jump_is_followed():
-    """A spike of the hip throws the leg off; its own joints, at 8 m/s, were taken for jumps for half a second."""
+    """A spike of the hip throws the leg off; its joints, at 8 m/s, were then taken for jumps for half a second."""
     motion = TORTURES["cartwheel"]()
     assert_followed(motion, solved(motion, "ik=previous_pose", seed=7), mean_mm=25.0)
 

@@ -1,9 +1,10 @@
-"""How much a solve gets out of joints that err independently: one camera, `white_noise`.
+"""How well a solve handles joints with independent errors: one camera, `white_noise`.
 
-The bars are 2.4 cm and 26 m/s2 live, 1.5 cm and 6 m/s2 finished. The live solve meets the second everywhere, the
-first on `02_05` and `14_08` and, but for a tenth of a millimetre, on `49_02`; finishing meets them on `02_05` and
-`14_08`. The limits are what is reached. `05_06` has joints that jump (a knee at 47 m/s) and angles that no human has:
-`white_noise_parts` tells what is due to what, `known_accelerations` how much there is to gain.
+The bars are 2.4 cm and 26 m/s2 live, 1.5 cm and 6 m/s2 finished. The live solve meets the second everywhere; it meets
+the first on `02_05` and `14_08`, and misses it on `49_02` by a tenth of a millimetre. Finishing meets both on `02_05`
+and `14_08`. The limits in the tests are the reached values. `05_06` has joints that jump (a knee at 47 m/s) and
+angles that no human has: `white_noise_parts` shows the causes of the error, `known_accelerations` what could be
+gained.
 """
 
 import pytest

@@ -1,4 +1,4 @@
-"""Torture motions through the pipeline, and what must not happen to them: limbs lost, joints flipped."""
+"""Torture motions through the pipeline, and the faults to exclude: lost limbs, flipped joints."""
 
 from dataclasses import dataclass
 
@@ -63,7 +63,7 @@ def seen(
 
 
 def frames_of(motion: CanonicalMotion, calibration: Calibration, seed: int | None) -> list[CameraFrame]:
-    """All cameras' frames in the order of time; seed None = no error."""
+    """All cameras' frames in order of time; seed None = no error."""
     views = seen(motion, calibration, seed)
     return [
         CameraFrame(name, k, round(k * SECOND / FRAMES_PER_SECOND), positions[k], confidence[k])
@@ -75,7 +75,7 @@ def frames_of(motion: CanonicalMotion, calibration: Calibration, seed: int | Non
 def solved(
     motion: CanonicalMotion, *assignments: str, seed: int | None, preset: str = "studio", cameras: int = 2
 ) -> Poses:
-    """The poses at 60 Hz, known calibration."""
+    """The poses at 60 Hz, with the known calibration."""
     calibration = known_calibration(cameras, bias_m=0.0 if seed is None else _BIAS_M)
     frames = frames_of(motion, calibration, seed)
     return solve_frames(frames, calibration, parse_settings(preset, assignments))
@@ -83,15 +83,15 @@ def solved(
 
 @dataclass(frozen=True)
 class Figures:
-    """What became of a motion.
+    """Figures of one motion.
 
     Attributes:
         mean_mm: mean error of the measured joints.
         lost_s: longest time that a joint was further off than `LOST_M`; `lost_joint` is which.
         axis_turn_deg: largest turn of an elbow's or knee's axis from frame to frame; `axis_joint` is which.
         turn_rad_s: fastest turn of an output rotation; `turn_joint` is which, `turn_s` when.
-        excess_deg: furthest that a hinge is beyond its range.
-        finite: whether all numbers are.
+        excess_deg: largest excess of a hinge beyond its range.
+        finite: whether all numbers are finite.
     """
 
     mean_mm: float

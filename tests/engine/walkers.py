@@ -1,4 +1,4 @@
-"""Synthetic performers with known proportions, and cameras of a known place that see them, ideal or noisy."""
+"""Synthetic performers with known proportions, and ideal or noisy cameras at known places that see them."""
 
 from collections.abc import Callable, Iterator
 from functools import cache, lru_cache
@@ -29,7 +29,7 @@ def performer(height_m: float = AUTHORED_HEIGHT_M) -> Performer:
 
 @cache
 def humanoid(height_m: float = AUTHORED_HEIGHT_M, *, human_limits: bool = True) -> Humanoid:
-    """The humanoid of `performer(height_m)`; shared, so don't change it."""
+    """The humanoid of `performer(height_m)`; it is shared and must not be changed."""
     return build_humanoid(Skeleton.of(performer(height_m)), human_limits=human_limits)
 
 
@@ -59,7 +59,7 @@ def random_q(body: Humanoid, rng: np.random.Generator, *, reach: float = 1.0) ->
 
 
 def usual_q(body: Humanoid, rng: np.random.Generator, *, spreads: float = 1.0) -> NDArray[np.float64]:
-    """A configuration that people usually take: hinges strayed from the resting stance by their spread."""
+    """A usual human configuration: hinges deviate from the resting stance by their spread."""
     q = random_q(body, rng)
     stray = body.rest_q + spreads * body.spread_rad * np.clip(rng.normal(size=len(body.rest_q)), -2, 2)
     q[7:] = np.clip(stray, *body.range_rad.T)
@@ -82,7 +82,7 @@ def arms_swinging(time_s: float) -> NDArray[np.float64]:
 
 @cache
 def _of_legs() -> NDArray[np.bool_]:
-    """Which hinges of the authored performer are of the legs."""
+    """Which hinges of the authored performer belong to the legs."""
     body = humanoid()
     return np.array([any(p in body.model.joint(i + 1).name for p in ("Leg", "Foot", "Toe"))
                      for i in range(len(body.rest_q))])  # fmt: skip
@@ -115,7 +115,7 @@ def camera_frame(
     confidence: float = 0.95,
     hands: tuple[HandSeen, ...] = (),
 ) -> CameraFrame:
-    """What the camera sees of joints on the stage, shape (21, 3) [m], without error; NaN stays unseen."""
+    """A camera's view of joints on the stage, shape (21, 3) [m], without error; NaN stays unseen."""
     seen = transform_points(invert_transform(calibration.cameras[camera].T_stage_camera), joints)
     sure = np.where(np.isnan(seen[:, 0]), 0.0, confidence)
     return CameraFrame(camera, round(time_s * 30), round(time_s * SECOND), seen, sure, hands)

@@ -1,6 +1,6 @@
-"""Joints with white noise, spikes and drop-outs from one camera at a known place, and how far a solve is off.
+"""Joints with white noise, spikes and drop-outs from one camera at a known place, and the errors of their solve.
 
-The noise is not that of any device: it asks how much a solve gets out of joints that err independently.
+No device has this noise: it shows how well a solve handles joints with independent errors.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from studio.simulator.rig import standard_rig
 
 MOTIONS = ("02_05", "14_08", "05_06", "49_02")
 TUNED_ON = ("02_05", "05_06")
-"""Settings were chosen on these two only."""
+"""The only two motions on which settings were chosen."""
 
 UNIT_M = 0.056444
 """The unit of these BVH files [m]."""
@@ -72,8 +72,8 @@ def noisy_take(
 ) -> tuple[list[CameraFrame], Calibration, CanonicalMotion]:
     """Return the frames of the one camera, its true calibration with the truth's proportions, and the truth.
 
-    How high the feet stand over the floor is measured in the frames, as a solve does. Without `noise` the joints are
-    the true ones, and none is missing.
+    The height of the feet over the floor is measured in the frames, as in a solve. Without `noise` the joints are the
+    true ones, and none is missing.
     """
     motion, _ = stage_motion(bvh, unit_m=UNIT_M, calibration=False)
     T_stage_camera = standard_rig(1)[0].T_stage_camera
@@ -97,7 +97,7 @@ def noisy_take(
 
 
 def figures(poses: Poses, truth: CanonicalMotion) -> Figures:
-    """Return the figures, the first second left out; accelerations are differences over 1/30 s."""
+    """Return the figures without the first second; accelerations are differences over 1/30 s."""
     true = np.stack([truth.at(t) for t in poses.time_s])
     solved = poses.positions_m[:, OUTPUT_OF_CANONICAL_INDEX]
     stride = max(1, round(1.0 / (RATE_HZ * float(np.median(np.diff(poses.time_s))))))

@@ -1,14 +1,14 @@
-"""What a finished take's error in white noise is made of: body, ranges, smoothing, noise.
+"""The parts of a finished take's error in white noise: body, ranges, smoothing, noise.
 
-    python -m tests.engine.white_noise_parts [--data FOLDER]
+python -m tests.engine.white_noise_parts [--data FOLDER]
 
 Per motion, RMS over 21 joints [cm]:
 
 - `body`: the true joints, each frame on its own, by a body without ranges: what its build cannot reach;
 - `ranges`: the same within human ranges;
-- `no noise`: the true joints finished: smoothing and standing feet too;
+- `no noise`: the true joints finished: includes smoothing and standing feet;
 - `finished`: the same with white noise, spikes and drop-outs;
-- `near jumps`: how many frames lie within 0.1 s of a true joint that no human moves so (over 1000 m/s2 at 120 Hz);
+- `near jumps`: how many frames lie within 0.1 s of an impossible motion of a true joint (over 1000 m/s2 at 120 Hz);
 - `elsewhere`: `finished` without them.
 """
 
@@ -36,11 +36,11 @@ NEAR_S = 0.1
 STEPS, LONGEST_STEP = 60, 0.3
 REST_RAD = 1e-4
 BEYOND = 100.0
-"""Weights against metres: of the usual posture, so that twists have a place, and of what lies beyond a range."""
+"""Weight relative to metres: of the usual posture, so that twists are defined, and of the excess beyond a range."""
 
 
 def off_m(joints: NDArray[np.float64], true: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far joints are off [m], shape (frame_count, 21), the first second left out."""
+    """Return how far joints are off [m], shape (frame_count, 21), without the first second."""
     return np.linalg.norm(joints - true, axis=2)[SETTLED_FRAMES:]
 
 
@@ -53,7 +53,7 @@ def fitted(
     humanoid: Humanoid, poses: Poses, true: NDArray[np.float64], *, limited: bool
 ) -> NDArray[np.float64]:
     """Return joints of the body fitted to true joints from a solve's poses, frame by frame [m], shape
-    (frame_count, 21, 3): Levenberg's and Marquardt's steps on all frames side by side."""
+    (frame_count, 21, 3), by steps of Levenberg and Marquardt on all frames in parallel."""
     kinematics, (low, high) = Kinematics(humanoid), humanoid.range_rad.T
     turns = matrices(poses.rotations_wxyz)
     q = np.stack(
@@ -95,7 +95,7 @@ def fitted(
 
 
 def near_jumps(motion: CanonicalMotion, time_s: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which instants lie near a joint that no human moves so, shape (count,)."""
+    """Return which instants are near an impossible motion of a joint, shape (count,)."""
     bend = np.diff(motion.positions_m, n=2, axis=0) / motion.frame_s**2
     jumps_s = (1 + np.flatnonzero((np.linalg.norm(bend, axis=2) > JUMP_M_S2).any(axis=1))) * motion.frame_s
     return (np.abs(time_s[:, None] - jumps_s) <= NEAR_S).any(axis=1)

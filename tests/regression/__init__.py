@@ -1,5 +1,5 @@
 """A small fixed set of takes and its figures (`figures.json`), which no change may worsen by more than their noise.
 
 The takes go through the whole chain: frames as cameras sent them, calibration, solve, evaluation. `python -m
-tests.regression` shows how the present figures compare; `--update` writes them, `--noise` finds their noise anew.
+tests.regression` compares the present figures with it; `--update` writes them, `--noise` measures their noise again.
 """

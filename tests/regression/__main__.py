@@ -1,4 +1,4 @@
-"""Compare, update or find the noise of the fixed set's figures."""
+"""Compare or update the figures of the fixed set, or measure their noise."""
 
 import argparse
 import json
@@ -15,14 +15,14 @@ SEEDS = range(1, 7)
 
 
 def tolerance(known: dict, case: str, preset: str, name: str) -> float:
-    """Return by how much a figure may be worse: its deviation over seeds, or the least that is told."""
+    """Return how much worse a figure may be: its deviation over seeds, or the least difference that is reported."""
     return max(known["noise"][case][preset].get(name, 0.0), WORSE[name][1])
 
 
 def noise_of(case: str, data: Path) -> dict[str, dict[str, float]]:
-    """Return the standard deviation of each figure over takes of one motion that differ by their noise's seed.
+    """Return the standard deviation of each figure over takes of one motion that differ by the seed of their noise.
 
-    A seed with over twice the median error is no noise but a failure: it is told and left out.
+    A seed with over twice the median error is no noise but a failure: it is reported and left out.
     """
     runs = {seed: seeded_figures(CASES[case], data, seed) for seed in SEEDS}
     out: dict[str, dict[str, float]] = {}

@@ -36,8 +36,8 @@ WORSE: dict[str, tuple[Callable[[float], float], float]] = {
     "uncertainty_coverage": (lambda value: abs(value - 0.9), 0.01),
     "cleanup_events_per_min": (abs, 9.0),
 }
-"""Figure -> how bad it is, larger is worse, and the least difference that is told: one event of a few seconds, one
-spike or deviation in six curves, and what other processors' arithmetic may change."""
+"""Figure -> a measure of how bad it is, larger is worse, and the least difference that is reported: one event of a
+few seconds, one spike or deviation in six curves, and what the arithmetic of other processors may change."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ class Case:
 
     Attributes:
         recording: folder below the outside data; None = the embedded performer.
-        motion: the same motion as BVH below the outside data, from which `noise` makes takes; None likewise.
-        cameras: how many watch.
+        motion: the same motion as BVH below the outside data, from which `noise` makes takes; None as above.
+        cameras: number of cameras.
         skip_s, seconds: which part after the calibration is solved.
     """
 

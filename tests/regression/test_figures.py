@@ -27,7 +27,7 @@ def test_no_figure_gets_worse(case, request):
 
 
 def test_a_figure_that_gets_worse_is_told():
-    """The canary: each figure of each preset made worse by 1 % more than is allowed, one at a time."""
+    """Each figure of each preset is made worse by 1 % more than is allowed, one at a time, and must be reported."""
     for case in CASES:
         for preset in PRESETS:
             assert KNOWN["figures"][case][preset], "every case has figures"

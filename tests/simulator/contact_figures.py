@@ -1,5 +1,5 @@
-"""How deep finished performers are in one another, and how far hands are apart that hold each other, before and after
-finishing makes room between them."""
+"""How deep finished performers overlap, and how far apart hands are that hold each other, with and without the steps
+of finishing that make room between performers."""
 
 import argparse
 import os
@@ -40,7 +40,7 @@ def gap_mm(one: Surfaces, other: Surfaces, held: NDArray[np.bool_]) -> float:
 
 
 def measured(take: Path, references: dict[str, Path], height_m: float, beside: int) -> str:
-    """The figures of a solve by preset `finish` with so many steps beside one another."""
+    """Return the figures of a solve by preset `finish` with this many steps that make room between performers."""
     with patch.object(together, "STEPS_BESIDE", beside):
         studio.solve(studio.open_take(take), "finish")
     truth = {name: read_reference(path) for name, path in references.items()}
@@ -65,7 +65,7 @@ def _true(reference, height_m: float) -> Surfaces:
 
 
 def main() -> None:
-    """Print the figures of simulated pairs, before and after."""
+    """Print the figures of simulated pairs, with and without."""
     parser = argparse.ArgumentParser(prog="python -m tests.simulator.contact_figures", description=__doc__)
     default = os.environ.get("STUDIO_TEST_DATA", Path(__file__).parents[3] / "shared" / "data")
     parser.add_argument("--data", type=Path, default=default, help="folder of the outside recordings")

@@ -1,6 +1,6 @@
-"""Several performers, the whole way against the truth: simulated, calibrated by the first one, solved, finished.
+"""Figures of several performers through the whole chain: simulated, calibrated by the first one, solved, finished.
 
-Pairs of the motions of `STUDIO_TEST_DATA/mocap` meet in every way before a standard rig.
+Pairs of the motions of `STUDIO_TEST_DATA/mocap` meet in every way in front of a standard rig.
 """
 
 import argparse

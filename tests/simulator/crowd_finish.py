@@ -1,5 +1,5 @@
-"""Whole takes of simulated performers by the preset `finish`, from skeletons to figures: who stays themselves, who is
-missed, and how far from the truth. One line for each take."""
+"""Whole takes of simulated performers by the preset `finish`, from skeletons to figures: who keeps their identity,
+who is missed, and how far from the truth. One line for each take."""
 
 import argparse
 import os
@@ -23,7 +23,7 @@ from tests.simulator.crowd_people import TAKES, WAYS, take_of
 
 
 def rounds(seeds: int) -> Iterator[int]:
-    """Numbers of takes for `take_of`: each round has all ten motions, and each way twice."""
+    """Return numbers of takes for `take_of`: each round has all ten motions, and each way twice."""
     motions = TAKES // len(WAYS)
     for turn in range(seeds):
         for motion in range(motions):
@@ -33,7 +33,7 @@ def rounds(seeds: int) -> Iterator[int]:
 def finished(
     motions: Sequence[str | Path], way: str, cameras: int, seed: int, folder: Path, most_s: float
 ) -> SeveralEvaluation:
-    """Simulate, calibrate, solve by `finish`, and return the figures; who came in together may have any order.
+    """Simulate, calibrate, solve by `finish`, and return the figures; those who enter together may have any order.
 
     Raises:
         StudioError: the take could not be calibrated, or has other performers than were simulated.

@@ -1,6 +1,6 @@
-"""Who is who in frames of simulated performers, scored by whose each body is, without calibration and solve.
+"""Identity of simulated performers, scored by the true owner of each body, without calibration and solve.
 
-Ten motions (those of `STUDIO_TEST_DATA/mocap` and the embedded one) meet in five ways, with a seed of their own each.
+Ten motions (those of `STUDIO_TEST_DATA/mocap` and the embedded one) meet in five ways, each with its own seed.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from studio.simulator.rig import standard_rig
 WAYS = ("passing", "circling", "embracing", "lifting", "back-to-back")
 TAKES = 50
 _LEAST_SHARE = 0.99
-"""Of a performer's bodies, as many at least are their own."""
+"""Least share of a performer's bodies that must be their own."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Told:
     missed: float
 
     def right(self, performers: int) -> bool:
-        """Whether so many performers were told, and all stayed themselves."""
+        """Whether this many performers were found, and all kept their identity."""
         return self.performers == performers and self.switches == 0 and self.wrong <= 1.0 - _LEAST_SHARE
 
 
@@ -54,7 +54,7 @@ def frames_of(seen: SeenCrowd) -> list[CameraFrame]:
 
 
 def crowd_of(motions: Sequence[str | Path], meeting: str, cameras: int, seed: int):
-    """Simulated performers, what cameras see of them, their frames, and the true calibration."""
+    """Simulated performers, what the cameras see of them, their frames, and the true calibration."""
     together = meet([stage_motion(path, calibration=False)[0] for path in motions], meeting)
     rig = standard_rig(cameras)
     seen = list(see_crowd(together, rig, seed=seed))
@@ -119,7 +119,7 @@ def take_of(number: int, performers: int, data: Path) -> tuple[list[str | Path],
 
 
 def main() -> None:
-    """Print how often performers changed in each take, and in how many nobody did."""
+    """Print how often performers changed in each take, and in how many takes nobody did."""
     parser = argparse.ArgumentParser(prog="python -m tests.simulator.crowd_people", description=__doc__)
     default = os.environ.get("STUDIO_TEST_DATA", Path(__file__).parents[3] / "shared" / "data")
     parser.add_argument("--data", type=Path, default=default, help="folder of the outside recordings")

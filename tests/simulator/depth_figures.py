@@ -1,5 +1,5 @@
-"""How well the depth tracker follows two who embrace, one who lifts the other's arm, and one who lies down across the
-other's feet: errors of the limbs, exchanges, and how often somebody is not tracked."""
+"""How well the depth tracker follows two performers who embrace, one who lifts the other's arm, and one who lies down
+across the other's feet: errors of the limbs, exchanges, and how often somebody is not tracked."""
 
 import argparse
 from dataclasses import replace
@@ -32,7 +32,7 @@ _LIES_M = 0.12
 
 
 def scene(way: str, seconds: float) -> Meeting:
-    """Return two who hold a T-pose side by side for a second, and then meet for so long."""
+    """Return two performers who hold a T-pose side by side for a second, and then meet for this many seconds."""
     demo = demo_motion()
     together = meet([demo, demo], "apart" if way == "lying" else way)
     begins = round((together.calibration_s + GOING_S + T_POSE_S - HELD_S) * RATE_HZ)
@@ -104,7 +104,7 @@ def told(skeletons: list[TrackedSkeleton], truth: NDArray[np.float64]) -> str:
 
 
 def main() -> None:
-    """Print the figures of each scene, by all cameras' points and by each camera alone."""
+    """Print the figures of each scene, from all cameras' points and from each camera alone."""
     parser = argparse.ArgumentParser(prog="python -m tests.simulator.depth_figures", description=__doc__)
     parser.add_argument("--ways", nargs="+", default=["embracing", "lifting", "lying"])
     parser.add_argument("--seconds", type=float, default=5.0)

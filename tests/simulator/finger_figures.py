@@ -1,6 +1,6 @@
-"""Fingers that ordinary cameras see, against the truth: simulated hands, true cameras, live and finished.
+"""Fingers seen by ordinary cameras, against the truth: simulated hands, true cameras, live and finished.
 
-A figure is the mean distance of the 15 finger joints from the true ones, both relative to their wrists, over the
+A figure is the mean distance of the 15 finger joints from the true ones, both relative to their wrists. It covers the
 frames in which the hand has 60 pixels or more in every picture, seen or not.
 """
 
@@ -30,17 +30,17 @@ from studio.simulator.rig import RigCamera, look_at
 DISTANCE_M = 2.6
 ANGLES_DEG = (0.0, -50.0, 50.0)
 START_S = 4.0
-"""The demo begins with a T-pose."""
+"""Where the motion begins in the demo, after its T-pose."""
 
 BAR_MM, LIVE_BAR_MM = 12.0, 13.0
-"""Of a finished take, and live."""
+"""Bars of a finished take, and live."""
 
 JOINTS = [4 * finger + k for finger in range(5) for k in range(3)]
-"""The landmarks but the wrist and the tips, of those after the wrist."""
+"""Columns of the finger joints among the landmarks after the wrist; the tips are left out."""
 
 
 def rig() -> tuple[RigCamera, ...]:
-    """Return three cameras in front of the performer, near enough for hands of 60 pixels."""
+    """Return three cameras in front of the performer, near enough that hands have 60 pixels."""
     return tuple(
         RigCamera(
             f"camera_{k}",
@@ -54,7 +54,7 @@ def rig() -> tuple[RigCamera, ...]:
 
 
 def motion(seconds: float) -> CanonicalMotion:
-    """Return the beginning of the demo, after its T-pose."""
+    """Return the beginning of the demo after its T-pose."""
     whole = demo_motion()
     rows = slice(round(START_S / whole.frame_s), round((START_S + seconds) / whole.frame_s))
     return replace(whole, positions_m=whole.positions_m[rows], hands_open=whole.hands_open[rows])
@@ -62,7 +62,7 @@ def motion(seconds: float) -> CanonicalMotion:
 
 @dataclass(frozen=True)
 class SeenStage:
-    """Cameras' frames of one performance, the calibration that is true, and the true hands."""
+    """Cameras' frames of one performance, the true calibration, and the true hands."""
 
     motion: CanonicalMotion
     frames: list[CameraFrame]
@@ -73,7 +73,7 @@ class SeenStage:
 
 
 def seen_stage(seconds: float, seed: int, cameras: tuple[RigCamera, ...] | None = None) -> SeenStage:
-    """Return what cameras see of the performer and the hands; None = those of `rig`."""
+    """Return what cameras see of the performer and the hands; None = the cameras of `rig`."""
     acted = motion(seconds)
     cameras = cameras or rig()
     seen = list(see_landmarks(acted, cameras, seed=seed))

@@ -1,7 +1,7 @@
-"""`python -m tests.simulator.finger_picture OUT.png`: a hand that opens and closes, followed and not, with the truth.
+"""`python -m tests.simulator.finger_picture OUT.png`: a hand that opens and closes, followed or not, with the truth.
 
-Rows: finished, live, and without `fingers`; columns: instants of one hand. Red lines are the true hand, from its own
-wrist, put at the solved wrist.
+Rows: finished, live, and without `fingers`; columns: instants of one hand. Red lines are the true hand, moved so that
+its wrist is at the solved wrist.
 """
 
 import sys
@@ -25,7 +25,7 @@ CELL, PIXELS_PER_M, YAW_DEG = 220, 800.0, 25.0
 
 
 def cell(stage: SeenStage, poses: Poses, mannequin: Mannequin, time_s: float) -> Image.Image:
-    """Return the hand at an instant, with the true one drawn over it."""
+    """Return the hand at an instant, with the true hand drawn over it."""
     row = int(np.argmin(np.abs(poses.time_s - time_s)))
     wrist = poses.positions_m[row, OUTPUT_INDEX[f"{SIDE}Hand"]]
     joints = stage.motion.at(float(poses.time_s[row]))

@@ -1,7 +1,7 @@
-"""Heads that ordinary cameras see, against the truth: simulated glances, true cameras, live and finished.
+"""Heads seen by ordinary cameras, against the truth: simulated glances, true cameras, live and finished.
 
-A figure is the angle between the head of a solve and the true one, in every frame: all of it, and of the direction of
-the face alone.
+A figure is the angle between a solve's head and the true one in every frame: of the whole rotation, and of the
+direction of the face alone.
 """
 
 import argparse
@@ -21,10 +21,10 @@ from tests.simulator.finger_figures import SeenStage, seen_stage
 
 DISTANCE_M = 2.6
 RIGS_DEG = {1: (0.0,), 2: (-40.0, 40.0), 3: (0.0, -120.0, 120.0)}
-"""Directions of the cameras by their number: one and two before the performer, three all around."""
+"""Directions of the cameras by their number: one and two in front of the performer, three all around."""
 
 BAR_DEG, ANYBODY_DEG = 10.0, 14.0
-"""Of the median of several performers, as for depth cameras, and of any one: faces differ from the model's."""
+"""Bar of the median of several performers, as for depth cameras, and of any one: faces differ from the model's."""
 
 
 def rig(count: int) -> tuple[RigCamera, ...]:

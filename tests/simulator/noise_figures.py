@@ -1,4 +1,4 @@
-"""Figures of a tracker's errors, of recordings and of the simulator alike, from tracked and true joints."""
+"""Figures of a tracker's errors, for recordings and the simulator alike, from tracked and true joints."""
 
 import csv
 import json
@@ -83,7 +83,7 @@ def figures(watched: Watched) -> dict[str, float]:
 
 
 def _sd(values: np.ndarray, part: np.ndarray, joints: np.ndarray) -> float:
-    """SD of AR(1) noise of coefficient 0.8, from its steps, which constant offsets do not touch."""
+    """SD of AR(1) noise of coefficient 0.8, from its differences, which constant offsets do not affect."""
     pairs = part[1:] & part[:-1] & joints
     steps = np.diff(values, axis=0)[pairs]
     return float(np.sqrt((steps.reshape(len(steps), -1) ** 2).sum(axis=1).mean() / (2 * (1 - 0.8))))

@@ -1,6 +1,6 @@
-"""What phones' pictures cost: a rolling shutter, and a rate that falls from 30 to 12 frames a second and back.
+"""What phones' pictures cost: a rolling shutter, and a frame rate that falls from 30 to 12 Hz and back.
 
-The same motions, noise and true cameras with and without. Run as a program, it prints the errors.
+The same motions, noise and true cameras, with and without these effects. Run as a program, it prints the errors.
 """
 
 import argparse
@@ -61,10 +61,10 @@ def errors_mm(
     *,
     readout_ms: float = 0.0,
 ) -> NDArray[np.float64]:
-    """Errors of the joints by true cameras and the true body, shape (frame_count, 14).
+    """Errors of the joints with true cameras and the true body, shape (frame_count, 14).
 
     Args:
-        timing: of the pictures; readout_ms: what the solve takes the rows' time to be.
+        timing: of the pictures; readout_ms: the readout time that the solve assumes.
         solve: a preset.
     """
     rig, calibrated, frames = standard_rig(cameras), dict[str, CameraCalibration](), list[CameraFrame]()

@@ -1,4 +1,4 @@
-"""Faults that are put into the frames of a take on purpose, and the one edit that mends each."""
+"""Faults that are put into the frames of a take on purpose, and the one edit that corrects each."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,19 +14,19 @@ from studio.engine.model.joints import INDEX, JOINT_COUNT
 Frames = Mapping[str, Sequence[CameraFrame]]
 
 CLICK_M = 0.02
-"""Standard deviation of a place that a person clicks, as a distance."""
+"""Standard deviation of the distance of a clicked place from the true one."""
 
 
 LENGTHS_S = {"lost": 1.0, "swapped": 2.0, "held": 1.0, "stuck": 1.5}
-"""Duration of each kind of fault; it is a second or more from the ends of the performance."""
+"""Duration of each kind of fault; a fault is a second or more from the ends of the performance."""
 
 DRAWN = 6
-"""Times of which a foot is held in one."""
+"""Number of random times from which that of a held foot is chosen."""
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault, from begin to end [s]; `joint` is the one to mend, None = the one that suffers most."""
+    """A fault, from begin to end [s]; `joint` is the one to correct, None = the one with the largest error."""
 
     kind: str
     begin_s: float
@@ -45,7 +45,7 @@ def a_fault(
 ) -> Fault:
     """Return a fault of a kind somewhere within a performance.
 
-    A foot is held while it truly moves: the time with the longest way of some drawn ones.
+    A foot is held while it truly moves: of some random times, the one in which it moves furthest.
 
     Args:
         true_m: returns the true joints [m], shape (time_count, 21, 3), at times [s].
@@ -90,7 +90,7 @@ def faulty(frames: Frames, calibration: Calibration, fault: Fault) -> dict[str, 
 
 
 def _outward(joint: str | None) -> list[int]:
-    """A joint and what it carries."""
+    """A joint and all joints that it carries."""
     assert joint is not None
     side, name = joint.split("_")
     return [INDEX[joint], INDEX[f"{side}_{'hand' if name == 'wrist' else 'toe'}"]]
@@ -143,7 +143,7 @@ KINDS = tuple(_CHANGES)
 
 
 def mending(fault: Fault, at_s: float, true_m: np.ndarray, rng: np.random.Generator) -> Edit:
-    """Return the one edit that mends a fault: at an instant, with the true place as a person clicks it."""
+    """Return the one edit that corrects a fault: at an instant, with the true place plus the error of a click."""
     if fault.kind == "swapped":
         return ExchangeEdit(id="mend", start_s=at_s, end_s=at_s, camera=fault.camera)
     assert fault.joint is not None

@@ -1,9 +1,9 @@
-"""How well one edit mends a fault that was put into a take on purpose.
+"""How well one edit corrects a fault that was put into a take on purpose.
 
 `python -m tests.simulator.pin_figures TAKE=TRUTH ...` prints a line for each. `--simulated MOTIONS --folder TAKES`
 draws two faults for each of ten simulated takes.
-Each fault is solved, then mended by one edit at one instant, where the solve is furthest off, with its place from the
-truth and 2 cm of noise, and solved again.
+Each fault is solved, then corrected by one edit at the instant at which the solve is furthest off, with the true
+place and 2 cm of noise, and solved again.
 """
 
 import argparse
@@ -40,7 +40,7 @@ SIMULATED = (
 """Motion, number of cameras and seed of each simulated take."""
 
 DRAWN = 2
-"""Faults of each simulated take."""
+"""Number of faults of each simulated take."""
 
 OUTSIDE_S = 0.5
 OUTSIDE_MM = 2.0
@@ -48,9 +48,10 @@ OUTSIDE_MM = 2.0
 
 @dataclass(frozen=True)
 class Figures:
-    """Of one fault: errors of the joint over the faulty range [mm], clean, faulty and mended; the 99th percentile of
-    how far what lies outside was moved by the edit [mm], and the same less what was moved to where it is without the
-    fault; clean-up events inside, faulty and mended; the duration of the mended solve in that of the faulty one."""
+    """Figures of one fault: errors of the joint over the faulty range [mm], clean, faulty and mended; the 99th
+    percentile of how far the edit moved joints outside the range [mm], and the same without moves towards the solve
+    without the fault; clean-up events inside, faulty and mended; the duration of the mended solve relative to the
+    faulty one."""
 
     fault: Fault
     clean_mm: float
@@ -68,12 +69,12 @@ class Figures:
 
     @property
     def harmed(self) -> bool:
-        """Whether the fault at least doubled the error; else there is little to mend."""
+        """Whether the fault at least doubled the error; otherwise there is little to correct."""
         return self.before_mm >= 2.0 * self.clean_mm
 
 
 class Bench:
-    """A take with its truth, and its solve without a fault."""
+    """A take with its truth, and its solve without faults."""
 
     def __init__(self, take: Take, truth: Reference, preset: str) -> None:
         self._take, self._truth, self._preset = take, truth, preset
@@ -108,8 +109,8 @@ class Bench:
         return times, np.linalg.norm(joints - self.true_m(times), axis=2)
 
     def _moved_m(self, after: Poses, before: Poses) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """How far joints were moved [m], shape (frame_count, joint_count); the same, except to where they are without
-        a fault."""
+        """How far joints were moved [m], shape (frame_count, joint_count); and the same, limited to their distance
+        from the solve without a fault."""
         from_before, from_clean = (
             np.linalg.norm(after.positions_m - other.positions_m, axis=2) for other in (before, self.clean)
         )
@@ -121,7 +122,7 @@ class Bench:
         return sum(e["start_s"] <= end_s + OUTSIDE_S and e["end_s"] >= begin_s - OUTSIDE_S for e in found)
 
     def measured(self, kind: str, seed: int, picture: Path | None = None) -> Figures:
-        """Return the figures of a fault of a kind; `picture`: of the solves without it, with it, and mended."""
+        """Return the figures of a fault of a kind; `picture`: file for the solves without it, with it, and mended."""
         rng = np.random.default_rng(seed)
         span = float(self.clean.time_s[0]), float(self.clean.time_s[-1])
         fault = a_fault(kind, rng, span, list(self._frames), self.true_m)
@@ -155,8 +156,8 @@ class Bench:
 
 
 def simulated(motions: Path, folder: Path, later: int = 0) -> Iterator[tuple[Take, int]]:
-    """Yield ten simulated takes of real motions, with their seeds, larger by `later` than usual; those in the folder
-    are used again."""
+    """Yield ten simulated takes of real motions, with their seeds, which are larger by `later` than usual; takes in
+    the folder are reused."""
     for motion, cameras, first in SIMULATED:
         seed = first + later
         path = folder / f"{motion}_{cameras}_{seed}"

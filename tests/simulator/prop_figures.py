@@ -1,7 +1,8 @@
 """Figures of props in depth images: `python -m tests.simulator.prop_figures SHAPE CAMERAS SECONDS [SENSOR]`.
 
-The performer of the simulator punches with the prop in the right hand. The truth scores alone; of the performer the
-tracker gets the true joints, all moved by an error of 15 mm (standard deviation on each axis) anew in each image.
+The simulator's performer punches with the prop in the right hand. The truth is used for scoring alone, except for the
+performer: the tracker gets the true joints, all moved by one error of 15 mm (standard deviation on each axis), drawn
+again for each instant.
 """
 
 import os
@@ -27,7 +28,7 @@ _LATER_S = (0.0, 0.011, -0.009, 0.005)
 
 
 def main(text: str, cameras: int, seconds: float, sensor: str) -> None:
-    """Print the share followed, and how far the prop is from where it was."""
+    """Print the share of frames in which the prop is followed, and how far it is from its true place."""
     shape, who = shape_of(text), find_performer("scoring-average")
     path = Path(os.environ["STUDIO_TEST_DATA"]) / "mocap" / "02_05.bvh"
     performance = holding(read_performance(path, who, calibration=False), shape, "right_hand")

@@ -1,7 +1,7 @@
 """Figures of a prop of a simulated take: `python -m tests.simulator.prop_take_figures TAKE SOLVE PROP`.
 
-Of what cameras saw, and of what is exported, tied to the hand, against `TAKE.truth.prop.csv`. The joints of the solve
-and `TAKE.truth.csv` bring the stage to the truth, as `studio evaluate` does.
+Both what the cameras saw and what is exported, tied to the hand, are compared with `TAKE.truth.prop.csv`. The joints
+of the solve and `TAKE.truth.csv` align the stage with the truth, as `studio evaluate` does.
 """
 
 import sys
@@ -23,7 +23,7 @@ from tests.engine.seeing.props.moving import errors
 
 
 def main(folder: str, solve: str, name: str) -> None:
-    """Print how much of the prop was seen, and how far it is from where it was."""
+    """Print how much of the prop was seen, and how far it is from its true place."""
     take = Take.open(folder)
     table = np.genfromtxt(Path(f"{folder}.truth.prop.csv"), delimiter=",", skip_header=1)
     known, body = take_bodies(take).named(name), stage_bodies(take).tracks[name]

@@ -1,7 +1,7 @@
-"""The whole way of ordinary cameras, against the truth: simulated, calibrated by the walk, finished.
+"""The whole chain of ordinary cameras, against the truth: simulated, calibrated by the walk, finished.
 
-Each motion of `STUDIO_TEST_DATA/mocap` and some seeds before the standard rigs of 2, 3 and 4 cameras; the performer's
-height is given, nothing else of the body or the cameras.
+Each motion of `STUDIO_TEST_DATA/mocap` with some seeds, in front of the standard rigs of 2, 3 and 4 cameras. The
+performer's height is given, and nothing else of the body or the cameras.
 """
 
 import argparse
@@ -21,10 +21,9 @@ RIGS = (2, 3, 4)
 
 
 def error_mm(motion: Path, cameras: int, seed: int, folder: Path) -> tuple[float, float]:
-    """Return the finished solve's mean error of the joints, aligned as a whole; and of those but hips and neck.
+    """Return the finished solve's mean error of the joints, aligned as a whole; and the same without hips and neck.
 
-    Landmarks show neither: they are put where HumanIK's default character has them, and the recordings have them
-    elsewhere.
+    Landmarks show neither: they are placed as in HumanIK's default character, and the recordings have them elsewhere.
     """
     take = studio.simulate(motion, folder / "take", cameras=cameras, tracker="rgb", seed=seed)
     studio.calibrate(take, height_m=stature_m(stage_motion(motion)[0].offsets_m))

@@ -1,8 +1,9 @@
-"""Which part of the error of ordinary cameras comes from where: cameras, size, clocks, floor, body, landmarks.
+"""The parts of the error of ordinary cameras: cameras, size, clocks, floor, body, landmarks.
 
-As `rgb_figures`, but each part of the calibration is replaced by the truth in turn. Run as a program, it prints by
-part the mean error of 15 joints, of hips and neck, and of the other 13: all of it, what stays constant in the axes of
-the joint's bone, and what moves [mm]; and by joint all of it and the constant part.
+As `rgb_figures`, but each part of the calibration is replaced by the truth in turn. Run as a program, it prints for
+each part the mean error of 15 joints, of hips and neck, and of the other 13. For the last it also prints the constant
+error in the axes of the joint's bone and the rest, which moves [mm]; and for each joint the error and its constant
+part.
 """
 
 import argparse
@@ -44,7 +45,7 @@ OTHERS = [k for k in range(len(COLUMNS)) if k not in MIDDLES]
 
 @dataclass(frozen=True)
 class Shot:
-    """A simulated recording: frames by camera, each on its own clock, and all that is true of it."""
+    """A simulated recording: frames by camera, each on its own clock, and the truth."""
 
     motion: CanonicalMotion
     start_s: float
@@ -54,7 +55,7 @@ class Shot:
 
 
 def shoot(path: Path, cameras: int, seed: int) -> Shot:
-    """Return the recording of a motion before a standard rig."""
+    """Return the recording of a motion in front of a standard rig."""
     motion, start_s = stage_motion(path)
     assert start_s is not None
     rig = standard_rig(cameras)
@@ -111,7 +112,7 @@ def places_of(shot: Shot, calibration: Calibration) -> tuple[Array, Array]:
 
 
 def told(shot: Shot, joints: Array, times_s: Array, *, size: bool = False) -> tuple[str, float]:
-    """Return the errors after one rigid alignment, in words, and the size by which the joints are too small."""
+    """Return the errors after one rigid alignment, as text, and the factor by which the joints are too small."""
     true = np.array([shot.motion.at(float(t)) for t in times_s])
     a, b = joints[:, COLUMNS], true[:, COLUMNS]
     known = np.isfinite(a).all(axis=2)
@@ -142,7 +143,7 @@ def aligned(shot: Shot, joints: Array, times_s: Array) -> Array:
 
 
 def parts(shot: Shot) -> Iterator[tuple[str, str]]:
-    """Yield the name of each part and its errors in words."""
+    """Yield the name of each part and its errors as text."""
     height_m = stature_m(shot.motion.offsets_m)
     times = np.arange(shot.start_s, shot.motion.duration_s, 1 / 30)
     true = np.array([shot.motion.at(float(t)) for t in times])
@@ -183,7 +184,7 @@ def parts(shot: Shot) -> Iterator[tuple[str, str]]:
 
 
 def scaled(calibration: Calibration, by: float) -> Calibration:
-    """Return the calibration with the stage and the performer larger."""
+    """Return the calibration with the stage and the performer scaled."""
     cameras = {}
     for name, camera in calibration.cameras.items():
         T = camera.T_stage_camera.copy()

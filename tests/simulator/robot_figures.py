@@ -1,7 +1,7 @@
 """The table of docs/robots.md: `python -m tests.simulator.robot_figures MODEL.xml ... --clips FILE ... [--takes N]`.
 
-Every robot follows the clips, and solves of the first N of them as simulated cameras see them. Figures of each way
-are the means over the motions, weighted by their frames; shares of frames are those of all frames together.
+Every robot follows the clips, and the solves of the first N clips as simulated cameras see them. Figures of each way
+are means over the motions, weighted by their frames; shares of frames are those of all frames together.
 """
 
 import argparse
@@ -30,7 +30,7 @@ _WORST = ("floor_penetration_mm", "self_penetration_mm", "torque_most")
 
 
 def clip_poses(path: Path) -> Poses:
-    """Return a clip's poses without its first frame, which is a T-pose apart from the motion."""
+    """Return a clip's poses without its first frame, a T-pose that is not part of the motion."""
     poses, _ = imported_poses(path)
     return frames_of(poses, slice(1, None))
 
@@ -78,7 +78,7 @@ def _mean(figures: Sequence[RobotFigures]) -> RobotFigures:
 
 
 RUNS = 3
-"""Live runs of which a frame's least time counts: what one run alone takes longer for is not the frame's work."""
+"""Number of live runs; a frame's shortest time counts, since longer times in other runs are not the frame's work."""
 
 
 def live_ms(robot: Robot, poses: Poses) -> np.ndarray:

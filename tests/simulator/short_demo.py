@@ -1,4 +1,4 @@
-"""The beginning of the embedded performer's motion, for takes that need not be long."""
+"""The beginning of the embedded performer's motion, for takes that may be short."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +14,7 @@ from studio.simulator.motion import stage_motion
 
 @contextmanager
 def short_demo(seconds: float) -> Iterator[None]:
-    """Let simulated performers stop after so many seconds; what comes before for the calibration is as ever."""
+    """Make simulated performers stop after this many seconds; the calibration part before them does not change."""
 
     def cut(path: str | Path, **options: object) -> tuple[CanonicalMotion, float | None]:
         motion, calibration_s = stage_motion(path, **options)

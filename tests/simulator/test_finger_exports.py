@@ -1,4 +1,4 @@
-"""Fingers that were followed leave the studio as they are, in files of animation programs."""
+"""Followed fingers keep their angles in exported files of animation programs."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -35,7 +35,7 @@ def poses() -> Poses:
 
 
 def bends(positions_m: NDArray[np.float64], names: dict[str, int]) -> NDArray[np.float64]:
-    """Angles between the bones of each finger [rad], shape (F, fingers, 2): they need no axes and no unit."""
+    """Angles between the bones of each finger [rad], shape (F, fingers, 2): independent of axes and units."""
     out = []
     for chain in CHAINS:
         bones = np.diff(positions_m[:, [names[name] for name in chain]], axis=1)

@@ -1,4 +1,4 @@
-"""Simulated hands, and the fingers that follow them: the bar of the hands."""
+"""Fingers that follow simulated hands: the bar of the hands."""
 
 import numpy as np
 import pytest

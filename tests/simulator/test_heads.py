@@ -1,4 +1,4 @@
-"""Simulated heads that glance about, and solved heads that follow them: the bar of the head's orientation."""
+"""Solved heads that follow simulated glances: the bar of the head's orientation."""
 
 import numpy as np
 import pytest

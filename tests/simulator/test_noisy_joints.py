@@ -64,7 +64,7 @@ def test_the_contract(walk):
 
 @pytest.mark.parametrize("name", CAMERAS)
 def test_as_noisy_as_the_recordings_made_apart(test_data, name):
-    """The simulator over the truth of a recording, side by side with the recording itself."""
+    """The simulator applied to the truth of a recording, compared with the recording itself."""
     theirs = read_watched(test_data / "noisy_joints" / name, f"camera_{CAMERAS[name]}")
     anatomy = anatomical_offsets(np.random.default_rng(2))
     simulator = NoisyJoints(
@@ -92,7 +92,7 @@ def test_the_noise_has_a_memory_of_08_per_frame():
 
 
 def test_anatomical_offsets_are_one_for_all_cameras_and_turn_with_the_body(walk):
-    """Averaged over noise, what two opposite cameras see differs from the truth by the same offset."""
+    """Averaged over noise, two opposite cameras see the same offset from the truth."""
     pose = walk[0]
     mean = []
     for camera in (standard_rig(4)[1], standard_rig(4)[3]):

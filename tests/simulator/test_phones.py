@@ -1,4 +1,4 @@
-"""Pictures of phones: rows that are read one after the other, and rates that fall."""
+"""Pictures of phones: rows that are read one after the other, and frame rates that fall."""
 
 from pathlib import Path
 

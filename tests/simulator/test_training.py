@@ -1,4 +1,4 @@
-"""Training of the small networks: what it is given, and that it learns."""
+"""Training of the small networks: its samples, and that the networks learn."""
 
 from pathlib import Path
 

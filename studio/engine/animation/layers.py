@@ -1,6 +1,6 @@
 """Edits of a solve's poses: joints turned further, the body moved, head and palms turned to directions.
 
-All are eased in and out, and bones keep their lengths. Turns to a direction stay within what necks and wrists can do.
+All are eased in and out, and bones keep their lengths. Turns to a direction stay within a neck's and a wrist's range.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 HEAD_FORWARD = np.array([0.0, -1.0, 0.0])
 PALM_OUT = np.array([0.0, 0.0, -1.0])
-"""Where the head looks and the palms face in the T-pose."""
+"""Directions of the head and of the palms in the T-pose."""
 
 NECK_SHARE = 0.4
 """Share of a turn of the head that the neck makes."""
@@ -58,7 +58,7 @@ def with_layers(poses: Poses, edits: Sequence[Edit]) -> Poses:
 
 
 def missed_deg(edit: DirectionEdit, poses: Poses) -> float:
-    """Return how far a direction is missed at the most while the edit holds, less its radius [degrees]."""
+    """Return the largest angle from a direction during the edit, minus the edit's radius [degrees]."""
     inside = (poses.time_s >= edit.start_s) & (poses.time_s <= edit.end_s)
     if not inside.any():
         inside[np.abs(poses.time_s - edit.start_s).argmin()] = True
@@ -70,7 +70,7 @@ def missed_deg(edit: DirectionEdit, poses: Poses) -> float:
 
 
 def _of(edit: DirectionEdit) -> tuple[str, Array]:
-    """The output joint that has a direction, and the direction in its axes."""
+    """The output joint of a direction, and the direction in that joint's axes."""
     if edit.of == "head":
         return "Head", HEAD_FORWARD
     return ("LeftHand" if edit.of == "left_palm" else "RightHand"), PALM_OUT
@@ -123,7 +123,7 @@ def _swing(now: Array, wanted: Array, radius_deg: float, most_deg: float) -> Arr
 
 
 def _twist(now: Array, wanted: Array, axis: Array, radius_deg: float) -> Array:
-    """The same for turns about given axes only, to the nearest that they allow."""
+    """The same for turns about given axes only, to the nearest direction that they allow."""
     flat_now, flat_wanted = (one - np.einsum("ta,ta->t", one, axis)[:, None] * axis for one in (now, wanted))
     sine = np.einsum("ta,ta->t", np.cross(flat_now, flat_wanted), axis)
     angle = np.arctan2(sine, np.einsum("ta,ta->t", flat_now, flat_wanted))

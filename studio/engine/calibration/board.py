@@ -51,8 +51,8 @@ class BoardFound:
     """Result of a calibration with a board.
 
     Attributes:
-        cameras: that saw the board, sorted by name.
-        sightings: number by two or more cameras at once, tag by tag.
+        cameras: names of those that saw the board, sorted.
+        sightings: number by two or more cameras at once, counted per tag.
         size: factor by which the stage was enlarged, 1 = unchanged.
         spread: standard error of that factor, as a share.
         on_floor: whether the board lay on the floor, and so gave the stage's floor and origin.
@@ -71,8 +71,8 @@ class BoardFound:
 
 @dataclass(frozen=True)
 class _Placed:
-    """A board on the stage: number, corners placed [stage units], size [stage units per metre], direction upwards,
-    and its middle."""
+    """A board on the stage: number, corners [stage units], size [stage units per metre], upward direction and
+    middle."""
 
     number: int
     corners: Array

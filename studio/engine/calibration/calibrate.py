@@ -4,7 +4,7 @@ The steps: `first` (first clocks by `time_offset`, first transforms by `rigid`) 
 `refine` (all at once) -> `merge` (one skeleton) -> `stage` (`floor`, `tpose`, `proportions`) -> `residuals`,
 `halves`, `handedness` and `verdict`. `together` runs the steps from `swaps` to `merge`; `holding` repeats them
 without spans that do not agree, if that is allowed. Cameras that see no depth are calibrated by `views`; next to
-depth cameras, by the skeleton that those see.
+depth cameras, the skeleton that those see places them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -67,12 +67,12 @@ def calibrate(
         height_m: the performer's, if measured before; a height that disagrees is refused. For cameras that see no
             depth, it sets the size of the stage.
         floors: by camera, the floor that it sees, in its own frame (`depth_floor.seen_floors`).
-        must_hold: when the cameras must agree. Unless they must throughout, spans without agreement are left out and
-            reported (`CameraCalibration.disagrees`); all figures are then of the rest.
+        must_hold: when the cameras must agree. Unless it is `always`, spans without agreement are left out and
+            reported (`CameraCalibration.disagrees`); all figures are then those of the rest.
         clocks_within_s: for cameras that see no depth and already share a clock, the largest deviation of each from
             it [s]; None = no camera does.
         lenses: known lenses of cameras that see no depth.
-        same_lens: all of those whose lens is unknown have one focal length.
+        same_lens: all of these cameras whose lens is unknown have one focal length.
         progress: for cameras that see no depth, called with the share that is done, 0..1.
 
     Raises:

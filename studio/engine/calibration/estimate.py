@@ -24,8 +24,8 @@ def estimate_residuals(
 ) -> dict[str, Residuals]:
     """Return each camera's residuals against the reference camera, fitted and scored on the same few instants.
 
-    One rigid fit of trunk and middles of limbs per camera, after a clock shift from the motion.
-    Depth bias and exchanged sides are not corrected, so the figures are somewhat larger than a calibration's.
+    One rigid fit of the trunk and the limbs' middles per camera, after a clock shift from the motion.
+    Depth bias and swaps are not corrected, so the figures are somewhat larger than a calibration's.
 
     Args:
         frames: by camera, in device time order, each on its own clock.

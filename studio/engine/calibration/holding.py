@@ -20,7 +20,7 @@ from studio.engine.calibration.together import Placements, fit_together, joints_
 from studio.engine.model.spans import Span
 
 MustHold = Literal["always", "at_end", "somewhere"]
-"""When cameras must agree: throughout; at the end, for the frames that are solved with it next; or anywhere."""
+"""When cameras must agree: throughout; at the end, because later frames are solved with it; or anywhere."""
 
 LEAST_S = 20.0
 """Shortest agreement for a calibration."""
@@ -50,7 +50,7 @@ def fit_holding(cameras: list[Candidate], must_hold: MustHold) -> tuple[list[Can
         shifts = _shifts(cameras, fit)
         spans = (shifts.steps() if left_out is nothing else None) or shifts.spans()
         if _alike(spans, left_out):
-            # of two cameras, neither can be named: the reference gets no spans
+            # two cameras cannot show which one is wrong: the reference gets no spans
             told = spans if len(cameras) > 2 else [[], spans[1]]
             return kept, fit, told
         if must_hold == "at_end" and any(span.to_s is None for mine in spans for span in mine):
@@ -91,7 +91,7 @@ def _alike(a: Spans, b: Spans) -> bool:
 
 
 def _without(cameras: list[Candidate], fit: Placements, spans: Spans) -> list[Candidate]:
-    """Return the cameras with no joints in their spans, to be placed starting from `fit`."""
+    """Return the cameras without joints in their spans, with the placements of `fit` as their start."""
     kept = [
         replace(
             camera,

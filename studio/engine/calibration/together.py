@@ -60,7 +60,7 @@ def fit_together(cameras: list[Candidate]) -> Placements:
 def swaps_between(
     tracks: list[Track], cameras: list[PlacedCamera], times_s: NDArray[np.float64], depth_bias_m: float
 ) -> NDArray[np.bool_]:
-    """Return where each camera's left and right are exchanged, shape (camera_count, instant_count)."""
+    """Return where each camera's left and right are swapped, shape (camera_count, instant_count)."""
     return find_swaps(joints_of(tracks, cameras, times_s, depth_bias_m))
 
 

@@ -69,7 +69,7 @@ def _charuco(board: Board) -> Iterator[_Square]:
 
 
 def _marker(dictionary: str, number: int, left: float, top: float, side: float) -> Iterator[_Square]:
-    """The black squares of a marker with its black border, which is one square wide."""
+    """Yield the black squares of a marker and of its black border, which is one square wide."""
     markers = marker_dictionary(dictionary)
     across = markers.markerSize + 2
     bits: NDArray[np.uint8] = markers.generateImageMarker(number, across)

@@ -1,8 +1,8 @@
 """Head orientation from the head's part of a depth image.
 
-The input of small convolutional networks is the image of the head, cut out at its top and middle. Their outputs are
-the directions of the face and of the crown. Both are means over the possible heads, so their length is a confidence:
-a face that looks like the back of the head gives a short vector. Weights come from simulated heads;
+Small convolutional networks take a window of the image, aligned with the head's top and middle. They return the
+directions of the face and of the crown. Both are means over the possible heads, so their length is a confidence:
+a face that looks like the back of the head gives a short vector. The networks are trained on simulated heads;
 `python -m studio.simulator.training.head_training` recreates them.
 """
 
@@ -70,7 +70,7 @@ class HeadWindow:
             head along the ray (1 = 5 cm), and its distance in front of its surroundings within 7 samples
             (1 = 1 cm); 0 where empty.
         about: shape (ABOUT,): the size of a pixel and the distance, scaled.
-        R_camera_window: of the plane: right, down and along the ray, shape (3, 3).
+        R_camera_window: the plane's axes right, down and along the ray, shape (3, 3).
     """
 
     samples: NDArray[np.float32]

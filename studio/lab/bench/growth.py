@@ -16,7 +16,7 @@ from studio.take.raw.frames import camera_frame
 CAMERAS = tuple(range(1, 9))
 TAKES_S = (5.0, 10.0, 20.0, 40.0)
 BAR_CAMERAS, BAR_JOINT_SET = 4, "kinect-v2"
-"""Case of the bar: four cameras of 25 joints."""
+"""Reference case: four cameras of 25 joints."""
 
 
 class Growth(TypedDict):

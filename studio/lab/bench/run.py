@@ -60,8 +60,8 @@ def run_bench(
 def people(frames: int) -> dict[str, stages.StageTiming]:
     """Return the live pipeline's timing for one and two performers and four cameras, from the last of several turns.
 
-    The ratio is the median over turns (one, then two) of that of mean processor times; load changes it less.
-    Means, because every second frame has no new reading and takes half the time.
+    The ratio is the median over turns (one, then two) of the ratio of mean processor times, which load affects less.
+    Means are used because every second frame has no new reading and takes half the time.
     """
     seconds = max(frames / stages.SETTINGS.output_hz, 20 / FRAMES_PER_SECOND)
     of = {count: make_stage(seconds, cameras=4, performers=count) for count in (1, 2)}

@@ -139,7 +139,7 @@ UNSURE = Variant("raw:confidence_threshold=0.0", "raw", ("confidence_threshold=0
 """The mean without the thesis's threshold of 75 % confidence."""
 
 ROBUST = Variant("raw:fusion=robust", "raw", ("fusion=robust",))
-"""Robust fusion instead of the mean; it shows what wrong cameras cost the mean."""
+"""Robust fusion instead of the mean; it shows the effect of wrong cameras on the mean."""
 
 PHYSICS = Variant("finish:physics=on", "finish", ("physics=on",))
 

@@ -50,7 +50,7 @@ class Rules(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         allow_none: whether "no preference" may be chosen.
         ask_name: whether voters are asked for a name or code; it stays optional.
         repeats: number of pairs shown twice, sides exchanged, to measure a voter's consistency.
-        max_voters: later voters are told that the test is full.
+        max_voters: maximum number of voters; the test is full for later ones.
         closes: ISO 8601 with its offset, or empty; later votes are refused.
         supervised: everybody sees the pair that the operator shows.
         body: the mannequin's, on both sides of all pairs.

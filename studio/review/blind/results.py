@@ -51,7 +51,7 @@ class SideBias(Struct):
 
 
 class Consistency(Struct):
-    """Repeats, of all (`of`), in which a voter chose the same animation with exchanged sides; None without any."""
+    """Repeats in which a voter chose the same animation with exchanged sides, `of` all; None without repeats."""
 
     same: int
     of: int
@@ -114,7 +114,7 @@ def chosen(showing: Showing, event: VoteEvent) -> str:
 
 
 def results(test: BlindTest, voters: list[Voter]) -> BlindResults:
-    """Return all figures of a test. Preferences leave repeats out, which show the voters' consistency."""
+    """Return all figures of a test. Repeats do not count as preferences; they show the voters' consistency."""
     votes = cast_votes(test, voters)
     first = [one for one in votes if not one[1].repeat]
     pairs = [

@@ -37,7 +37,7 @@ def render_moving(
         poses: by solve name, the poses of its performers in order, in the output skeleton; solves are drawn
             side by side.
         path: the GIF; written atomically.
-        span_s: begin and end in stage time [s]; None = the first solve's.
+        span_s: start and end in stage time [s]; None = the first solve's.
         size: width and height of one solve [px].
         yaw_deg: direction of the viewer: 0 in front of the T-pose, 90 at the performer's left.
         body: one of the mannequin's `BODIES`.

@@ -62,7 +62,7 @@ def render_thumbnails(wanted: list[tuple[Path, Path]]) -> list[Path]:
                 render_thumbnail([one.poses for one in performers], drawn)
                 _put(drawn, picture)
             except (StudioError, OSError):
-                continue  # damaged, as the list says, or the take was removed or renamed meanwhile
+                continue  # damaged (the list reports it), or the take was removed or renamed meanwhile
             made.append(picture)
     return made
 

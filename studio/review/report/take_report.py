@@ -106,7 +106,7 @@ def report_solves(
     """Measure solves of a take and report them, as returned HTML or in the file `out`.
 
     Args:
-        reference: file of the reference; for several performers, the files by performer, of those who have one.
+        reference: file of the reference; for several performers, the files by performer, where they exist.
         solves: names; the others are compared with the first.
         how: options of the reference's alignment.
         progress: receives the share done.

@@ -1,4 +1,4 @@
-"""Depth images of several performers who hide one another."""
+"""Depth images of several performers with mutual occlusion."""
 
 from collections.abc import Callable
 

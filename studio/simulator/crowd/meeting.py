@@ -1,7 +1,7 @@
 """Several motions on one stage: one performer walks for the calibration, all hold a T-pose, then they perform.
 
-The pose changes at once where parts meet, as in recordings that were put together. In each motion the path of the
-meeting replaces the slow path over the floor; the steps stay.
+The pose changes abruptly between the parts, as in joined recordings. In each motion the path of the meeting replaces
+the slow path over the floor; the steps stay.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,7 +1,7 @@
 """The embedded performers on one stage, for cameras in real time: a loop of calibration walk and meeting.
 
-The first walks alone for the length of two calibrations, so that one may begin at any time of the first half. The
-others come in, and all hold a T-pose side by side. Then they change places; each performs in a different order.
+The first walks alone for two calibrations, so that one may begin at any time of the first half. The others enter, and
+all hold a T-pose side by side. Then they change places; each performs in a different order.
 """
 
 from dataclasses import replace

@@ -76,5 +76,5 @@ def _swing(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64
 
 
 def _matrix_product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """a @ b, shapes (..., 3, 3), by plain sums, so that one frame gives the same bits as many."""
+    """a @ b, shapes (..., 3, 3), by plain sums, so that results do not depend on the number of frames."""
     return (a[..., :, :, None] * b[..., None, :, :]).sum(axis=-2)

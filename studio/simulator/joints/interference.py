@@ -4,9 +4,9 @@ It applies the depth simulator's model to joints instead of pixels (`sensor.stru
 thesis's figure 5.2: three cameras can be used, four cannot). With n cameras:
 
 - the noise grows by a tenth for every other camera;
-- patches of the image have no reading: a share `DISTURBED[n - 1]` of it at 2.5 m, growing with the square of the
-  distance. A joint in a patch is a guess: its noise is four times as strong, like that of a hidden joint. Half of
-  the guesses have a confidence of 0.2 to 0.5, the others keep theirs, the fault described in the thesis
+- patches of the image have no reading: a share `DISTURBED[n - 1] - DISTURBED[0]` at 2.5 m, growing with the square of
+  the distance. A joint in a patch is a guess: its noise is four times as strong, like that of a hidden joint. Half of
+  the guesses have a confidence of 0.2 to 0.5, the others keep theirs, a fault that the thesis describes
   (5.2). Patches last 2 to 12 frames;
 - a frame with over half of the joints in patches has no skeleton.
 

@@ -3,7 +3,7 @@
 Sizes are those of BlazePose (full) on `rgb/pose2sim_single`, from its landmarks triangulated by four cameras:
 - its faces are smaller than true ones. The landmarks of a face share an error of 1 to 2 cm; their own errors are 3 to
   5 mm, and 1 cm for an ear;
-- it reports a face that the skull hides with the same confidence, about where the body suggests it.
+- it reports a face hidden by the skull with the same confidence, about where the body suggests it.
 
 Solvers know none of this.
 """

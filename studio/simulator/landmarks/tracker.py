@@ -40,10 +40,10 @@ _SIZES_M = {  # SD of the lasting shift and of the noise
     "ankle": (0.010, 0.008), "heel": (0.013, 0.009), "foot_index": (0.011, 0.009),
 }  # fmt: skip
 _FACE_M, _EAR_M, _FACE_ANATOMY = (0.008, 0.005), (0.010, 0.006), 0.6
-"""Own errors of the face's landmarks and of the ears, and the others' share of the anatomical offset."""
+"""Own errors of the face's landmarks and of the ears; factor of the anatomical offset on the face without ears."""
 
 _BEHIND_TIMES, _BEHIND_GUESS = 2.0, 0.5
-"""Error factor of a landmark behind the skull, and its share of the way to its place on a straight head."""
+"""Error factor of a landmark behind the skull, and the share of its shift to its place on a straight head."""
 
 _SHIFT_AR, _NOISE_AR = 0.9835, 0.5
 _HIDDEN_TIMES = 4.0

@@ -1,4 +1,4 @@
-"""Arrays written to a `.npz` come back, whatever their kind and however they lie in memory."""
+"""Arrays written to a `.npz` are read back, whatever their type and memory layout."""
 
 import mmap
 

@@ -6,7 +6,7 @@ import sys
 
 
 def test_one_blas_thread_whatever_was_imported_first():
-    """A process that has numpy with several BLAS threads before it has the studio computes the same."""
+    """A process that loads numpy with several BLAS threads before the studio computes the same."""
     program = """
 import sys
 if sys.argv[1] == "numpy":

@@ -1,4 +1,4 @@
-"""Compiled functions work where there is no place to keep them, and let other threads run."""
+"""Compiled functions work without a place for the cache, and let other threads run."""
 
 import pickle
 

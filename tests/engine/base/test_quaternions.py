@@ -1,4 +1,4 @@
-"""Quaternions are scipy's rotations: an oracle of its own arithmetic."""
+"""Quaternions against scipy's rotations, an oracle with its own arithmetic."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_products_inverses_and_turned_vectors_are_scipy_s(pair):
 
 
 def test_products_round_as_scalar_and_vector_part(pair):
-    """Solves of whole takes and streams keep their last bit only with the terms in this order."""
+    """Only this order of terms keeps the last bit of solves of whole takes and streams."""
     a, b = map(wxyz, pair)
     w, v, bw, bv = a[:, :1], a[:, 1:], b[:, :1], b[:, 1:]
     vector = w * bv + bw * v + np.cross(v, bv)

@@ -1,4 +1,4 @@
-"""Sentences with codes: their English, their values, and the ways that they go."""
+"""Sentences with codes: their English, their values, and the ways in which they are passed on."""
 
 import copy
 import errno

@@ -1,4 +1,4 @@
-"""Processes of the studio begin no others to load what they need."""
+"""Processes of the studio start no other processes to load what they need."""
 
 import os
 import subprocess

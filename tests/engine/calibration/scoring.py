@@ -40,7 +40,7 @@ def transform_error(
 def stage_error(
     calibration: Calibration, T_stage_reference: NDArray[np.float64]
 ) -> tuple[float, float, float]:
-    """Return how far the found stage is tilted [degrees], its floor is off [m] and it is turned [degrees]."""
+    """Return the tilt of the found stage [degrees], the offset of its floor [m] and its turn [degrees]."""
     E = T_stage_reference @ invert_transform(calibration.cameras[calibration.reference].T_stage_camera)
     tilt = float(np.degrees(np.arccos(np.clip(E[2, 2], -1, 1))))
     return tilt, float(E[2, 3]), float(np.degrees(np.arctan2(E[1, 0], E[0, 0])))
@@ -55,6 +55,6 @@ def clock_error_ms(
 
 
 def spans_of(calibration: Calibration, frames: dict[str, list[CameraFrame]], camera: str) -> list[Span]:
-    """Return when a camera disagrees, in seconds since the reference's first frame."""
+    """Return the spans in which a camera disagrees, in seconds since the reference's first frame."""
     since_s = frames[calibration.reference][0].device_time_ns * 1e-9
     return [span.later(-since_s) for span in calibration.cameras[camera].disagrees]

@@ -33,7 +33,7 @@ T_POSE_S = 3.0
 
 @dataclass(frozen=True)
 class Options:
-    """What the cameras get wrong; the defaults are the noise contract."""
+    """Errors of the cameras; the defaults are the noise contract."""
 
     noise: float = 1.0
     bias_m: float = 0.03
@@ -86,7 +86,7 @@ def offsets() -> NDArray[np.float64]:
 
 
 def performer(times_s: NDArray[np.float64], *, walking: bool = True) -> NDArray[np.float64]:
-    """Return the true joints at stage times [m], shape (instant_count, 21, 3): T-pose, then walking all round."""
+    """Return the true joints at stage times [m], shape (instant_count, 21, 3): a T-pose, then a walk all around."""
     t = np.maximum(times_s - T_POSE_S, 0.0)
     go = np.clip(t / 1.0, 0.0, 1.0) * (1.0 if walking else 0.0)
     place = (

@@ -1,4 +1,4 @@
-"""When cameras disagree in a take, and what a solve says and does of it."""
+"""When cameras disagree in a take, and how a solve reports and handles it."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The floor that depth cameras see: found in small images, brought together, and used by a calibration."""
+"""The floor in depth images: found in small images, combined, and used by a calibration."""
 
 import json
 from dataclasses import replace
@@ -62,7 +62,7 @@ def test_a_table_is_not_the_floor():
 
 
 def test_a_calibration_stands_on_the_floor_that_was_seen():
-    """A tracker that sees every joint 5 cm too high puts the floor that is under the feet too high."""
+    """A tracker that sees every joint 5 cm too high puts the floor that is found from the feet too high."""
     frames, truth = record(3, RIGS[2])
     lifted = {
         name: [

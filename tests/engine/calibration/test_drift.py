@@ -1,4 +1,4 @@
-"""Clocks of long takes: the walk's drift is some tens of ppm off, what follows it tells better."""
+"""Clocks of long takes: the walk alone gives the drift with errors of some tens of ppm; the rest improves it."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ WALK_S = 33.0
 
 
 def long_take(seed, *laters_s):
-    """A walk, and the same again so much later; true clocks."""
+    """A walk, and copies of it that are later by some seconds; and the true clock of `camera_1`."""
     frames, _, clocks = walk(seed, 2)
     for name, some in frames.items():
         drift = clocks[name].drift_ppm * 1e-6
@@ -52,7 +52,7 @@ def test_a_short_take_keeps_its_clocks():
 
 
 def test_windows_that_tell_nothing_change_nothing():
-    """The performer has left, or the camera has: the clock stays what it was."""
+    """Once the performer or the camera is gone, the clock stays as it was."""
     frames, _ = long_take(0, 60.0)
     found = calibrate(frames, until_s=WALK_S)
     gone = np.full((21, 3), np.nan)

@@ -9,7 +9,7 @@ from tests.engine.calibration.synthetic import RIGS, record
 
 @pytest.fixture(scope="module")
 def walk():
-    """Frames of two cameras, and the stage times of their first ones, known to a device's latency."""
+    """Frames of two cameras, and the stage times of their first frames, known up to a device's latency."""
     frames, truth = record(0, RIGS[2])
     starts_ns = {
         name: mine[0].device_time_ns

@@ -1,4 +1,4 @@
-"""Calibrations from the part of a recording in which the cameras agree: what agrees is used, the rest is told."""
+"""Calibrations from the part of a recording in which the cameras agree: this part is used, the rest is reported."""
 
 import json
 from dataclasses import replace
@@ -16,7 +16,7 @@ from tests.engine.calibration.synthetic import RIGS, Options, record
 def bumped(
     frames, at_s: float, metres: float, degrees: float, until_s: float = np.inf, camera: str = "camera_1"
 ):
-    """The frames with one camera moved and turned at a time since its first frame."""
+    """The frames with one camera moved and turned at a time, counted from its first frame."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     T = make_transform(np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]), np.array([metres, 0, 0]))
     first_ns = frames[camera][0].device_time_ns
@@ -39,7 +39,7 @@ def two():
     [(38.0, 0.03, 0.5), (25.0, 0.15, 4.0), pytest.param(28.0, 0.03, 0.5, marks=pytest.mark.long)],
 )
 def test_what_agrees_is_used_and_the_moment_is_told(two, at_s, metres, degrees):
-    """A move at half of the time, too: a fit through both halves would be off by half of the move in each."""
+    """Includes a move at half of the time: a fit through both halves would be off by half of the move in each."""
     frames, truth = two
     moved = bumped(frames, at_s, metres, degrees)
     found = calibrate(moved, must_hold="somewhere")
@@ -47,7 +47,7 @@ def test_what_agrees_is_used_and_the_moment_is_told(two, at_s, metres, degrees):
     camera = found.cameras["camera_1"]
     assert camera.verdict == "usable"
     (span,) = spans_of(found, moved, "camera_1")
-    if span.to_s is None:  # else what came after the move was the longer part
+    if span.to_s is None:  # else the part after the move was the longer one
         assert abs(span.from_s - at_s) < 0.3
         assert transform_error(found, truth.T_stage_camera, "camera_1").rms_m < 0.01
         assert any(

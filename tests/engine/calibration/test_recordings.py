@@ -1,4 +1,4 @@
-"""Calibration of outside recordings: simulated cameras with known truth, and pairs of real Kinects without."""
+"""Calibration of outside recordings: simulated cameras with known truth, and pairs of real Kinects without truth."""
 
 import csv
 import json
@@ -59,7 +59,7 @@ def noisy_joints(test_data: Path) -> Path:
 
 @pytest.mark.parametrize("name", SETS)
 def test_simulated_cameras_come_out_where_they_are(noisy_joints, name):
-    """And they do not disagree at any time."""
+    """They also never disagree."""
     folder = noisy_joints / name
     frames = {camera.name: joint_frames(camera) for camera in sorted(folder.glob("camera_*"))}
     until_s = json.loads((folder / "recording.json").read_text())["calibration_s"]
@@ -95,7 +95,7 @@ def test_one_simulated_camera_gives_a_stage(noisy_joints, name):
 
 
 def kinect_frames(path: Path) -> dict[str, list[CameraFrame]]:
-    """The first person of a CSV of two Kinects, in camera axes; each Kinect on its own clock."""
+    """The first person of a CSV of two Kinects, in camera axes; each Kinect with its own clock."""
     names = JOINT_SETS["kinect-v2"]
     frames: dict[str, dict[int, CameraFrame]] = {}
     with path.open() as file:
@@ -116,7 +116,7 @@ def kinect_frames(path: Path) -> dict[str, list[CameraFrame]]:
 
 @cache
 def calibrated(path: Path) -> tuple[dict[str, list[CameraFrame]], Calibration]:
-    """A pair's frames, and what they are calibrated to."""
+    """A pair's frames and its calibration."""
     if not path.is_file():
         pytest.skip(f"no {path}")
     frames = kinect_frames(path)
@@ -136,7 +136,7 @@ def test_real_kinects_agree(test_data, name):
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_injected_swaps_are_found(test_data, name):
-    """Left and right exchanged in a tenth of one real stream, in bursts; its own swaps are known from before."""
+    """Left and right are exchanged in a tenth of one real stream, in bursts; its own swaps are found beforehand."""
     frames, calibration = calibrated(test_data / "kinect2_pairs" / name)
     tracks = [make_track(mine) for mine in frames.values()]
     cameras = list(calibration.cameras.values())
@@ -184,7 +184,7 @@ def kabsch(source, target, share: float):
 
 @pytest.mark.parametrize("name", [*PAIRS, STUDY_2])
 def test_no_trimmed_kabsch_does_better_on_the_same_blocks(test_data: Path, name: str):
-    """A baseline apart from the product: fitted on even blocks, its lag searched, scored on odd blocks, as we are."""
+    """An independent baseline: fitted on even blocks, with a search for its lag, and scored on odd blocks as well."""
     frames, calibration = calibrated(test_data / "kinect2_pairs" / name)
     found = list(calibration.cameras.values())
     a, b = (make_track(mine) for mine in frames.values())

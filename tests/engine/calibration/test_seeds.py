@@ -1,4 +1,4 @@
-"""Many walks under the noise contract: calibrations are right or refused, never wrong and accepted."""
+"""Many walks under the noise contract: calibrations are right or refused; no wrong one is accepted."""
 
 import numpy as np
 import pytest
@@ -40,9 +40,9 @@ def walk(seed: int, cameras: int):
 
 
 def is_right(seed: int, cameras: int) -> bool | None:
-    """Whether a walk's calibration is right, clocks within 8 ms too; None where it is refused.
+    """Whether a walk's calibration is right, with clocks within 8 ms; None if it is refused.
 
-    Fails where a camera's place is wrong and accepted.
+    Fails if a camera's place is wrong but accepted.
     """
     frames, truth, clocks = walk(seed, cameras)
     found = calibrate(frames)

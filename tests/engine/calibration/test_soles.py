@@ -1,4 +1,4 @@
-"""Where the soles are: measured where feet stand, kept in the T-pose, and used by finishing and by exports."""
+"""Heights of the soles: measured where feet stand, kept in the T-pose, and used by finishing and by exports."""
 
 from dataclasses import replace
 
@@ -46,7 +46,7 @@ def test_heights_are_those_of_standing_feet(ankle_m, toe_m):
 
 
 def test_who_did_not_place_the_floor_stands_on_the_lowest_level():
-    """As where a T-pose was recorded above the floor of the rest."""
+    """Example: the T-pose was recorded above the floor of the rest."""
     above, below = _standing(0.13, 0.085, noise_m=0.004), _standing(0.06, 0.02, noise_m=0.004, frames=60)
     joints = np.concatenate([above.positions[0], below.positions[0]])
     both = Walk(np.arange(len(joints)) / 30, joints[None], np.ones((1, len(joints), 21)), joints)
@@ -65,7 +65,7 @@ def test_a_dancer_on_her_toes_and_a_short_glimpse_tell_nothing():
 
 
 def test_feet_that_never_stand_tell_nothing():
-    """As where one camera alone guesses places; without a warning, too."""
+    """Example: one camera alone guesses the places. There is no warning either."""
     walk = _standing(0.08, 0.03)
     moving = walk.positions[0] + np.arange(300)[:, None, None] / 30 * [2.0, 0.0, 0.0]
     assert on_soles(PERFORMER, replace(walk, positions=moving[None], merged=moving)) is PERFORMER

@@ -1,4 +1,4 @@
-"""What is said of a T-pose that is not one."""
+"""What is reported about a wrong T-pose."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The watch over the cameras: a bump is noticed within five seconds, nothing else is."""
+"""The watch over the cameras: it notices a bump within five seconds, and nothing else."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ RATE_HZ = 60
 
 
 def moments(cameras: int, seconds: float, change=None):
-    """Yield a performer who walks about as noisy cameras see it, `change(camera, time_s, joints)` applied."""
+    """Yield a performer who walks about as noisy cameras see it, with `change(camera, time_s, joints)` applied."""
     rng = np.random.default_rng(1)
     body = rng.uniform(-0.5, 0.5, (JOINT_COUNT, 3))
     for i in range(round(seconds * RATE_HZ)):
@@ -32,7 +32,7 @@ def moments(cameras: int, seconds: float, change=None):
 
 
 def alarms(frames) -> dict[str, float]:
-    """When each camera is first said to have moved [s]."""
+    """When each camera is first reported as moved [s]."""
     watch, first = CameraWatch(), {}
     for frame in frames:
         if watch.add(frame):
@@ -74,7 +74,7 @@ def test_what_passes_by_is_no_bump():
 
 
 def apart(frames) -> list[tuple[float, str]]:
-    """Whenever a camera is said to be away from the others: when [s], and which."""
+    """Each time a camera is reported as disagreeing with the others: when [s], and which camera."""
     watch = CameraWatch()
     return [
         (frame.stage_time_ns * 1e-9, name) for frame in frames if watch.add(frame) for name in watch.apart()
@@ -113,7 +113,7 @@ def test_real_kinects_that_disagree_for_their_last_second_are_told_at_that_momen
     told = apart(shown)
     assert {name for _, name in told} == set(frames)
     assert all(100.0 < at_s < 101.3 for at_s, _ in told)
-    assert not alarms(shown)  # a second is too short to say that a camera was moved
+    assert not alarms(shown)  # a second is too short to report a moved camera
 
 
 def test_left_and_right_exchanged_is_no_bump():

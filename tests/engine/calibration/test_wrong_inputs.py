@@ -22,12 +22,12 @@ def frames():
 
 @pytest.fixture(scope="module")
 def right(frames):
-    """What these frames are calibrated to."""
+    """The calibration of these frames."""
     return calibrate(frames)
 
 
 def long(*values):
-    """Values of a test's parameters that the short form has others for."""
+    """Values of a test's parameters for the long form only; the short form has others."""
     return pytest.param(*values, marks=pytest.mark.long)
 
 
@@ -147,7 +147,7 @@ SHORT += [("all in one point", "second"), ("frozen", "first")]
     [one if one in SHORT else long(*one) for one in product(DEGENERATE, CAMERAS)],
 )
 def test_degenerate_streams_are_refused_without_a_crash(frames, kind, cameras):
-    """Short: each kind in some camera, and each camera; the long form has every kind in each."""
+    """Short: each kind in some camera, and each camera; the long form has every kind in each camera."""
     for camera in CAMERAS[cameras]:
         frames = changed(frames, camera, DEGENERATE[kind])
     found = calibrate(frames)

@@ -11,7 +11,7 @@ CALIBRATION = Calibration("a", {name: CameraCalibration(np.eye(4)) for name in (
 
 
 def standing(name: str, exchanged: range = range(0)) -> list[CameraFrame]:
-    """Two seconds of somebody who stands with arms and legs apart; a camera may exchange sides in some frames."""
+    """Two seconds of a person who stands with arms and legs apart; a camera may exchange sides in some frames."""
     rng = np.random.default_rng(1)
     joints = rng.uniform(-0.1, 0.1, (JOINT_COUNT, 3)) + np.array([0.0, 0.0, 3.0])
     for joint, mirror in enumerate(MIRROR):

@@ -1,4 +1,4 @@
-"""Bodies are given to persons by where they are and how they move, whatever a device calls them."""
+"""Bodies are assigned to persons by position and motion, whatever number a device gives them."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def at(time_s, x, y=0.0, size=1.0):
 
 
 def passed(crowd, shown, until_s, since_s=0.0, noise_m=0.02):
-    """Add the bodies that `shown(time_s)` returns, each with a name, in any order; return whom each name became."""
+    """Add the bodies that `shown(time_s)` returns, each with a name, in any order; return each name's persons."""
     rng, became = np.random.default_rng(1), {}
     for k in range(round(since_s * RATE_HZ), round(until_s * RATE_HZ)):
         bodies = shown(k / RATE_HZ)
@@ -33,7 +33,7 @@ def passed(crowd, shown, until_s, since_s=0.0, noise_m=0.02):
 
 
 def known(became):
-    """Everybody that a name became once somebody was known."""
+    """The persons that each name became, without the frames in which it was unknown."""
     return {name: set(who) - {None} for name, who in became.items()}
 
 
@@ -77,7 +77,7 @@ def test_a_device_s_second_body_of_one_person_is_nobody():
 
 
 def test_a_leap_of_both_leaves_them_themselves():
-    """As where a recording was cut: nothing of what comes after is lost."""
+    """Example: the recording was cut. Nothing after the cut is lost."""
 
     def shown(time_s):
         leap = 0.5 if time_s >= 1.5 else 0.0
@@ -104,7 +104,7 @@ def test_who_comes_back_is_known_by_their_bones(size, people):
 
 
 def test_a_wild_body_just_before_somebody_is_lost_does_not_become_their_bones():
-    """A device that loses a body shows it elsewhere and distorted first."""
+    """A device that loses a body first shows it elsewhere and distorted."""
 
     def shown(time_s):
         bodies = [("a", at(time_s, -1.0)), ("b", at(time_s, 0.5, 0.0, 0.9))]
@@ -122,7 +122,7 @@ def test_a_wild_body_just_before_somebody_is_lost_does_not_become_their_bones():
 
 @pytest.mark.parametrize("size", [1.0, 0.8])
 def test_whoever_of_two_comes_back_first_is_themselves_or_in_doubt(size):
-    """Twins are told by nothing: it takes longer until one is somebody, and then they are in doubt."""
+    """Nothing distinguishes twins: it takes longer until one is identified, and then the identity is in doubt."""
 
     def shown(time_s):
         if time_s < 2.0:

@@ -1,4 +1,4 @@
-"""Two performers are exchanged from a moment on, as often as an operator asks for it."""
+"""Two performers are exchanged from a moment on, as often as an operator requests it."""
 
 import numpy as np
 
@@ -10,11 +10,11 @@ from studio.engine.model.performers.exchange import Exchange
 
 RATE_HZ = 30
 AHEAD_S = 0.5
-"""The camera's clock is so far ahead of the stage's."""
+"""How far the camera's clock is ahead of the stage's."""
 
 
 def frames(height_m: float, seconds: range) -> list[CameraFrame]:
-    """Frames of a body whose joints are all so high, in these whole seconds of the camera's clock."""
+    """Frames of a body whose joints all have this height, in these whole seconds of the camera's clock."""
     joints = np.full((21, 3), height_m)
     times_ns = [round((s + k / RATE_HZ) * 1e9) for s in seconds for k in range(RATE_HZ)]
     return [CameraFrame("left", i, time_ns, joints, np.ones(21)) for i, time_ns in enumerate(times_ns)]
@@ -32,7 +32,7 @@ def two(**undecided: tuple[tuple[float, float], ...]) -> tuple[People, Calibrati
 
 
 def heights(people: People, performer: int) -> list[tuple[float, int]]:
-    """Heights of a performer's bodies, with how many frames each lasts; times go on."""
+    """Heights of a performer's bodies, and for how many frames each lasts; also checks that times increase."""
     mine = list(people.performers[performer].frames["left"])
     times = [frame.device_time_ns for frame in mine]
     assert times == sorted(set(times))

@@ -1,4 +1,4 @@
-"""The whole take exchanges persons whose bones say that they were exchanged."""
+"""Persons whose bones show that they were exchanged are exchanged back over the whole take."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ TIMES = np.arange(FRAMES) / 60
 
 
 def two(swaps_from, *, met_s=(5.0,), leapt_s=()):
-    """Two persons, body 0 and body 1 of every frame, exchanged from a frame on."""
+    """Two persons, body 0 and body 1 of every frame, exchanged from one frame on."""
     people = []
     for who in range(2):
         one = Someone(FollowedPerson(0.0, standing()))

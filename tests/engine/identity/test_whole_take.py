@@ -1,4 +1,4 @@
-"""Who is in a whole take: bad recordings lose nobody silently."""
+"""Performers of a whole take: bad recordings lose nobody silently."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from tests.engine.walkers import arms_swinging, performer, stage
 
 RATE_HZ = 15.0
 HOLDS_S = 2.0
-"""How long all hold a T-pose at first."""
+"""How long all hold a T-pose at the beginning."""
 
 CALIBRATION = stage(-35.0, 35.0)
 
@@ -33,9 +33,10 @@ T_POSE = t_pose()
 def recorded(
     places, *, seconds=3.5, sizes=None, bystanders=(), number=lambda who, k: who, seen=None, alone_s=0.0
 ):
-    """Frames of two cameras that see bodies at places on the floor; the first is alone for some seconds.
+    """Frames of two cameras that see bodies at places on the floor; the first body is alone for some seconds.
 
-    `bystanders` hold no T-pose; `number(who, frame)` is the device's; `seen(camera, who, time_s)` is whether it sees.
+    `bystanders` hold no T-pose; `number(who, frame)` is the device's number; `seen(camera, who, time_s)` is whether
+    a camera sees a body.
     """
     rng, sizes = np.random.default_rng(3), sizes or [1.0] * len(places)
     frames = {name: [] for name in CALIBRATION.cameras}
@@ -57,7 +58,7 @@ def recorded(
 
 
 def places_of(people):
-    """Where each performer's hips are on average [m], by camera a's frames, and the spread."""
+    """Average place of each performer's hips [m], from camera a's frames, and the spread."""
     T = CALIBRATION.cameras["a"].T_stage_camera
     hips = [
         transform_points(T, np.array([frame.positions[0] for frame in one.frames["a"]]))
@@ -92,7 +93,7 @@ def test_numbers_that_change_every_frame_change_nobody():
 
 
 def test_twins_stay_where_they_are():
-    """Their bones are equal; who came first was alone for a while."""
+    """Their bones are equal; the first one was alone for a while."""
     people = find_people(recorded(TWO, alone_s=1.0), CALIBRATION)
     assert [one.name for one in people.performers] == ["performer_1", "performer_2"]
     assert places_of(people)[0] == TWO
@@ -100,7 +101,7 @@ def test_twins_stay_where_they_are():
 
 
 def test_a_body_that_splits_into_two_is_one_performer():
-    """As where a device sees a ghost a hand's width beside, for a second."""
+    """Example: for a second, a device sees a ghost a hand's width away."""
     ghost = (1.15, 0.1)
     frames = recorded([*TWO, ghost], seen=lambda camera, who, t: who < 2 or (camera == 0 and 2.2 < t < 3.2))
     people = find_people(frames, CALIBRATION)

@@ -17,7 +17,7 @@ NOISE_M = 0.0025
 
 
 def as_two_systems(truth: Reference, seed, *, start_s=0.0, offset_s=None, drift_ppm=None):
-    """A solve at 30 Hz and a reference at 100 Hz on a clock and axes of its own, both with 2.5 mm of noise.
+    """A solve at 30 Hz and a reference at 100 Hz with its own clock and axes, both with 2.5 mm of noise.
 
     Returns:
         The solve, the reference, the 4x4 transform, the offset [s] and the drift [ppm].
@@ -66,7 +66,7 @@ def test_whole_takes_often(name, seed, test_data):
 
 @pytest.mark.parametrize("name", ["02_05", "05_06", "49_02"])
 def test_short_motions_give_the_clock_in_their_middle(name, test_data):
-    """7 to 17 s tell less of the drift, but where the take is the clock is right to half a millisecond."""
+    """In 7 to 17 s the drift is less certain, but within the take the clock is right to half a millisecond."""
     truth = read_reference(test_data / "mocap" / f"{name}.bvh", unit_m=0.056444)
     poses, reference, _, offset_s, drift_ppm = as_two_systems(truth, 1, offset_s=-2.0, drift_ppm=-500.0)
     found_offset, found_drift = clock_of(poses, reference)

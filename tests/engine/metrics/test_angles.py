@@ -28,7 +28,7 @@ def body(
 ):
     """Canonical joints, shape (1, 21, 3), in the stage frame; rotations in ISB's axes, one side's limbs posed.
 
-    `thorax` turns in the pelvis, `humerus` in the thorax, `thigh` in the pelvis, as of the right side.
+    `thorax` is relative to the pelvis, `humerus` to the thorax, `thigh` to the pelvis, all as for the right side.
     """
     thorax = np.eye(3) if thorax is None else thorax
     p = np.full((JOINT_COUNT, 3), np.nan)

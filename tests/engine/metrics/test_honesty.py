@@ -15,14 +15,14 @@ TIME = np.arange(300) / 60.0
 
 
 def with_radius(poses, radius_mm):
-    """The poses with this radius for every joint, shape of anything that broadcasts to (frame_count, 21)."""
+    """The poses with this radius for every joint; its shape broadcasts to (frame_count, 21)."""
     uncertainty = poses.uncertainty_mm.copy()
     uncertainty[:, OUTPUT_OF_CANONICAL_INDEX] = radius_mm
     return replace(poses, uncertainty_mm=uncertainty)
 
 
 def test_errors_inside_and_outside_are_counted():
-    """Three of fifteen joints are 50 mm off, twelve 10 mm; balls of 20 mm hold those twelve."""
+    """Three of fifteen joints are 50 mm off, twelve 10 mm; balls of 20 mm contain those twelve."""
     truth = dance(TIME)
     moved = shifted(
         truth + np.array([0.006, 0.0, 0.008]),
@@ -34,7 +34,7 @@ def test_errors_inside_and_outside_are_counted():
 
 
 def test_a_normal_error_has_nine_tenths_inside_its_ball():
-    """Radius 2.5003 deviations per axis; the median error is 1.5382 deviations."""
+    """The radius is 2.5003 deviations per axis; the median error is 1.5382 deviations."""
     truth, noise = dance(TIME), np.random.default_rng(2).normal(0, 0.01, (300, 21, 3))
     matched = match(with_radius(poses_of(TIME, truth + noise), 25.003), reference_of(TIME, truth))
     assert uncertainty_coverage(matched) == pytest.approx(0.9, abs=0.01)

@@ -1,4 +1,4 @@
-"""References of markers and rigid targets: offsets that are known, and a real camera beside a marker system."""
+"""References of markers and rigid targets: known offsets, and a real camera next to a marker system."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ JOINTS = ("hips", "chest", "head", "left_wrist", "right_wrist", "left_elbow", "l
 
 
 def marked(poses, *, targets, noise_m=0.0, seed=0):
-    """Markers with known offsets of 3 to 9 cm on a solve, in axes of their own; NaN where one is lost."""
+    """Markers with known offsets of 3 to 9 cm on a solve, in their own axes; NaN where one is lost."""
     rng = np.random.default_rng(seed)
     joints = [OUTPUT_OF_CANONICAL_INDEX[INDEX[name]] for name in JOINTS]
     offsets = rng.uniform(0.02, 0.05, (len(JOINTS), 3)) * rng.choice([-1, 1], (len(JOINTS), 3))
@@ -94,7 +94,7 @@ def kinect(path):
 
 @pytest.mark.parametrize(("exercise", "rms_mm"), [("CTK", (28, 44)), ("ELK", (115, 164)), ("RTK", (90, 135))])
 def test_a_real_kinect_beside_rigid_targets(exercise, rms_mm, test_data):
-    """Ranges of the RMS as the data set's own check names them; wrists and shoulders are lost in ELK and RTK."""
+    """Ranges of the RMS from the data set's own check; wrists and shoulders are lost in ELK and RTK."""
     folder = test_data / "kinect2_vs_markers"
     poses = kinect(folder / f"G3-Kinect-{exercise}-P1T1-Unknown-C-0.txt")
     targets = read_reference(folder / f"G3-Vicon-{exercise}-P1T1-Unknown-C-0.txt")

@@ -1,4 +1,4 @@
-"""PCK, the spectral arc length, contacts and heights of feet on cases with a known answer."""
+"""PCK, the spectral arc length, contacts and heights of feet in cases with a known answer."""
 
 import numpy as np
 import pytest
@@ -60,7 +60,7 @@ def test_spectral_arcs_of_a_take_are_those_of_the_reference_where_they_are_equal
 
 
 def feet(lifted):
-    """A body whose feet stand, lifted by 30 cm in these frames of one foot."""
+    """A body whose feet stand, except that one ankle is lifted by 30 cm in these frames."""
     out = still(600)
     for name in FOOT_JOINTS:
         out[:, INDEX[name], 2] = 0.05
@@ -72,7 +72,7 @@ def test_contacts_are_compared_frame_by_frame():
     """The reference's ankle is up from frame 300 on, the solve's from frame 350 on; 4 joints, 598 inner frames."""
     reference, solve = feet(slice(300, 600)), feet(slice(350, 600))
     precision, recall = contact_precision_recall(match(poses_of(TIME, solve), reference_of(TIME, reference)))
-    inner, before_lift, before_late_lift = 598, 298, 348  # the frames beside a jump move too fast to stand
+    inner, before_lift, before_late_lift = 598, 298, 348  # frames next to a jump move too fast to stand
     found, true = 3 * inner + before_late_lift, 3 * inner + before_lift
     assert recall == pytest.approx(1.0, abs=1e-9)
     assert precision == pytest.approx(true / found, abs=1e-9)

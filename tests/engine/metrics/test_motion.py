@@ -46,7 +46,7 @@ def test_a_cubic_has_its_jerk(rate):
 
 @pytest.mark.parametrize("rate", RATES)
 def test_a_sine_has_the_differences_over_a_thirtieth_of_a_second(rate):
-    """The second difference of sin(wt) is -4 sin^2(w dt / 2) / dt^2 times it, at every rate with the same dt."""
+    """The second difference of sin(wt) is -4 sin^2(w dt / 2) / dt^2 times sin(wt), at every rate with the same dt."""
     w, amplitude = 2 * np.pi * 1.5, 0.1
     time = np.arange(300) / rate
     wave = amplitude * np.sin(w * time)
@@ -147,7 +147,7 @@ def test_a_bone_whose_length_alternates():
 
 
 def test_a_skeleton_that_bends_is_rigid():
-    """The spine is two bones from the hips, the shoulder two from the chest: they come nearer as those bend."""
+    """The spine is two bones from the hips, the shoulder two from the chest: distances shrink as those bend."""
     skeleton = Skeleton.of(performer())
     turns = np.random.default_rng(0).normal(0, 0.5, (300, len(OUTPUT_JOINTS), 3))
     rotations = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(300, -1, 3, 3)
@@ -159,7 +159,7 @@ def test_a_skeleton_that_bends_is_rigid():
 
 
 def test_bones_of_a_take_without_hierarchy_are_the_canonical_ones():
-    """As from a file of joint positions: named canonically, every joint a root, the feet lacking."""
+    """Example: a file of joint positions, with canonical names, every joint a root, and no feet."""
     names = tuple(name for name in CANONICAL if "toe" not in name and "ankle" not in name)
     motion = still(300)
     head = motion[0, INDEX["head"]] - motion[0, INDEX["neck"]]

@@ -1,4 +1,4 @@
-"""Other motions brought to a solve's stage, differences over time, and figures of a solve alone."""
+"""Other motions aligned with a solve's stage, differences over time, and figures of a solve alone."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ def poses():
 
 
 def elsewhere(poses, *, ahead_s=0.7, size=1.0):
-    """The same motion in another place, on a clock that is ahead."""
+    """The same motion in another place, with a clock that is ahead."""
     points = transform_points(
         make_transform(TURN, np.array([2.0, -1.0, 0.4])), size * canonical_positions(poses)
     )
@@ -93,7 +93,7 @@ def test_figures_of_a_solve_alone(poses):
     tremor = 0.005 * np.sin(2 * np.pi * 12.0 * poses.time_s)[:, None]
     shaken = replace(poses, positions_m=poses.positions_m + tremor[:, None] * np.array([1.0, 0.0, 0.0]))
     found = own_figures(shaken)
-    # 5 mm at 12 Hz: an RMS of 3.5 mm, of which the filter keeps a twentieth back
+    # 5 mm at 12 Hz: an RMS of 3.5 mm, of which the filter leaves a twentieth
     assert np.hypot(calm["jitter_mm"], 3.4) == pytest.approx(found["jitter_mm"], rel=0.05)
     assert found["jerk_m_s3"] > calm["jerk_m_s3"]
     assert own_figures(poses, start_s=float(poses.time_s[0]) + 5.0)["frames"] == 421

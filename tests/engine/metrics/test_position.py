@@ -34,7 +34,7 @@ def test_a_rigid_move_of_the_take_costs_nothing(seed, angles, move):
 def test_joint_shifts_are_counted_by_joint():
     truth = dance(TIME)
     moved = shifted(truth, {"left_wrist": [0.03, 0.0, 0.04], "hips": [0.0, 0.01, 0.0]})
-    matched = match(poses_of(TIME, moved), reference_of(TIME, truth))  # not aligned: shifts stay whole
+    matched = match(poses_of(TIME, moved), reference_of(TIME, truth))  # not aligned: shifts remain
     assert mpjpe_mm(matched) == pytest.approx((50.0 + 10.0) / 15, abs=1e-9)
     assert per_joint_mm(matched, ["left_wrist", "hips", "head"]) == pytest.approx(
         {"left_wrist": 50.0, "hips": 10.0, "head": 0.0}, abs=1e-9
@@ -45,7 +45,7 @@ def test_joint_shifts_are_counted_by_joint():
 
 
 def test_alignment_does_not_follow_the_pose_over_time():
-    """Half of the take 20 cm to one side cannot be aligned away: what stays is 10 cm each way."""
+    """Half of the take is 20 cm to one side, which alignment cannot remove: 10 cm remain each way."""
     truth = still(120)
     moved = truth.copy()
     moved[:60] += [0.2, 0.0, 0.0]

@@ -1,4 +1,4 @@
-"""Reading references, and clocks of their own."""
+"""Reading references, which have their own clocks."""
 
 import numpy as np
 import pytest
@@ -108,7 +108,7 @@ def test_every_key_of_the_contract_is_there():
 
 
 def test_c3d_and_trc_of_a_solve_are_its_joint_centres(tmp_path):
-    """What the exports write is read back as joint centres: nothing is fitted, and nothing differs."""
+    """The exports are read back as joint centres: nothing is fitted, and nothing differs."""
     poses = random_poses(np.random.default_rng(1), seconds=3.0)
     for kind in ("c3d", "trc"):
         path = tmp_path / f"solve.{kind}"
@@ -121,7 +121,7 @@ def test_c3d_and_trc_of_a_solve_are_its_joint_centres(tmp_path):
 
 
 def test_markers_of_a_laboratory_have_fitted_offsets(test_data):
-    """02_01 as BVH and as the C3D of the same take: joint centres of the one against markers of the other."""
+    """02_01 as BVH and as the C3D of the same take: joint centres of the first against markers of the second."""
     folder = test_data / "mocap"
     markers = read_reference(folder / "02_01.c3d")
     assert isinstance(markers, Markers)
@@ -133,7 +133,7 @@ def test_markers_of_a_laboratory_have_fitted_offsets(test_data):
 
 
 def test_a_skeleton_of_any_format_is_a_reference(tmp_path):
-    """An export that is read back is the solve itself."""
+    """An exported solve that is read back equals the solve."""
     poses = random_poses(np.random.default_rng(1), seconds=3.0)
     for kind in ("glb", "bvh"):
         export(poses, tmp_path / f"solve.{kind}", kind)
@@ -149,7 +149,7 @@ def test_another_solve_is_a_reference(tmp_path):
 
 
 def test_nothing_is_known_in_a_gap():
-    """As in a solve that lost its performer for two seconds: a spline would fly off there."""
+    """Example: a solve that lost its performer for two seconds. A spline would diverge there."""
     times = np.concatenate([np.arange(0.0, 2.0, 0.02), np.arange(4.0, 6.0, 0.02)])
     places = np.sin(3.0 * times)[:, None, None] * np.ones((1, 21, 3))
     reference = Reference(times, places)

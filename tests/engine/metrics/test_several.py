@@ -1,4 +1,4 @@
-"""Figures of several performers: one alignment, and whether everybody stays themselves."""
+"""Figures of several performers: one alignment, and whether everybody keeps their identity."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ TIMES = np.arange(0, 6, 1 / 60)
 
 
 def poses(place, times=TIMES):
-    """Somebody who moves at a place."""
+    """A performer who moves at a place."""
     joints = np.zeros((len(times), len(OUTPUT_JOINTS), 3))
     joints[:, OUTPUT_OF_CANONICAL_INDEX] = np.array([arms_swinging(t) for t in times])
     rotations = np.zeros((*joints.shape[:2], 4))
@@ -43,7 +43,7 @@ def test_all_have_one_alignment(references):
 def test_who_becomes_the_other_is_counted(references):
     first, second = poses([-1.0, 0, 0]), poses([1.0, 0, 0])
     later = TIMES[:, None, None] > 3
-    glance = np.abs(TIMES - 1.0)[:, None, None] < 0.05  # too short to be a change
+    glance = np.abs(TIMES - 1.0)[:, None, None] < 0.05  # too short for a change
     one, other = first.positions_m, second.positions_m
     solved = {
         "performer_1": replace(first, positions_m=np.where(later | glance, other, one)),

@@ -26,7 +26,7 @@ def test_absolute_difference_is_a_mean_over_axes():
 
 
 def test_shortest_distance_ignores_time_and_interpolates():
-    """A point that runs beside a straight path of few vertices is as far as it is beside it."""
+    """A point that moves parallel to a straight path of few vertices is as far off as the two are apart."""
     path = curve(np.linspace(0, 1, 600))
     beside = curve(np.linspace(0.9, 0.1, 600), y=np.full(600, 0.04))
     assert thesis.shortest_distance_cm(beside, path) == pytest.approx(4.0, abs=1e-9)
@@ -72,7 +72,7 @@ def test_opposite_sines_deviate_in_every_half_wave():
 
 
 def test_short_opposite_curvature_is_no_deviation():
-    """8 Hz is gone after the 3 Hz filter."""
+    """8 Hz is removed by the 3 Hz filter."""
     wave = 0.02 * np.sin(2 * np.pi * 8 * TIME)
     assert thesis.deviation_count(wave, -wave, RATE) == 0
 
@@ -88,7 +88,7 @@ def test_a_shift_costs_its_mean_over_axes_and_its_length_beside_a_straight_path(
     assert thesis.absolute_difference_cm(path + shift, path) == pytest.approx(
         100 * np.abs(shift).mean(), abs=1e-9
     )
-    middle = slice(100, 300)  # ends of the path are out of reach
+    middle = slice(100, 300)  # the ends of the path are out of reach
     assert thesis.shortest_distance_cm(path[:, middle] + shift, path) == pytest.approx(
         100 * np.linalg.norm(across), abs=1e-7
     )
@@ -132,7 +132,7 @@ def test_known_concavities_are_counted(frequency, rate):
 
 
 def test_the_nearest_sample_is_looked_for_on_each_axis_alone():
-    """x is met exactly at another time; y lies 2 cm above all of the reference's; z midway between two samples."""
+    """x matches exactly at another time; y is 2 cm above all of the reference's; z is midway between two samples."""
     reference = curve(np.arange(600) * 0.01, z=np.repeat([0.0, 0.06], 300))
     solve = curve(np.arange(600)[::-1] * 0.01, y=np.full(600, 0.02), z=np.full(600, 0.03))
     assert thesis.nearest_sample_cm(solve, reference) == pytest.approx((0.0 + 2.0 + 3.0) / 3, abs=1e-9)

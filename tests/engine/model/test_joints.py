@@ -1,4 +1,4 @@
-"""Joint sets to canonical joints to the output skeleton."""
+"""Mappings from joint sets to canonical joints to the output skeleton."""
 
 import itertools
 

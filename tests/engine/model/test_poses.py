@@ -1,4 +1,4 @@
-"""Poses: saved and loaded whole, and refused when they are not."""
+"""Poses: saved and loaded completely, and refused if incomplete."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Bodies on joints and in hands, from known motion: where they sit and stand is found again, and what they pin."""
+"""Bodies on joints and in hands, from known motion: their offsets and place are recovered, and what they pin."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def motion():
 
 
 def body(motion, name: str, place: BodyPlace = PLACE, noise_m: float = 0.003) -> BodyTrack:
-    """A body that sits on a joint of the motion, where its own system has it, told `LATE_S` late at 100 Hz."""
+    """A body on a joint of the motion, as its own system reports it, `LATE_S` late at 100 Hz."""
     joint, canonical = JOINTS[name]
     random = np.random.default_rng(7)
     turns = motion.rotations_wxyz[:, OUTPUT_INDEX[joint]]
@@ -86,13 +86,13 @@ def test_a_body_pins_its_joint_where_it_is_seen(motion):
 
 
 def test_a_prop_is_tied_to_the_hand_that_holds_it(motion):
-    """A stick in the right hand, which its system sees 3 cm off and shaking, until it lies down."""
+    """A stick in the right hand, which its system reports 3 cm off and shaking, until it is put down."""
     hand = canonical_positions(motion)[:, INDEX["right_hand"]]
     turns = motion.rotations_wxyz[:, OUTPUT_INDEX["RightHand"]]
     rotation = Rotation.from_quat(turns[:, [1, 2, 3, 0]])
     random = np.random.default_rng(5)
     held = motion.time_s < 12.0
-    gap = (motion.time_s > 4.0) & (motion.time_s < 4.8)  # it is not seen, and goes with the hand
+    gap = (motion.time_s > 4.0) & (motion.time_s < 4.8)  # it is unseen, and moves with the hand
     seen_m = hand - rotation.apply([0.0, 0.02, 0.2]) + [0.03, 0.0, 0.0] + random.normal(0, 0.004, hand.shape)
     seen_m[~held] = [5.0, 5.0, 0.0]
     track = BodyTrack(motion.time_s[~gap], seen_m[~gap], turns[~gap])
@@ -103,7 +103,7 @@ def test_a_prop_is_tied_to_the_hand_that_holds_it(motion):
     )
     grip = rotation.inv().apply(hand - stick.positions_m[:, 0])
     inside = (motion.time_s > 0.5) & (motion.time_s < 11.5)
-    assert np.ptp(grip[inside], axis=0).max() < 1e-6  # one grip while it is held, also where it is not seen
+    assert np.ptp(grip[inside], axis=0).max() < 1e-6  # one grip while it is held, even where it is unseen
     apart = Rotation.from_quat(stick.rotations_wxyz[inside, 0][:, [1, 2, 3, 0]]).inv() * rotation[inside]
     assert np.degrees(apart.magnitude()).max() < 0.1
     assert not stick.confidence[gap].any()
@@ -117,7 +117,7 @@ def test_a_short_touch_holds_nothing():
     seen = np.ones(100, bool)
     assert held_spans(away, seen, 18, 8) == [(40, 80)]
     seen[50:55] = False
-    away[50:55] = 3.0  # where it was not seen, its place is not known
+    away[50:55] = 3.0  # where it was unseen, its place is unknown
     assert held_spans(away, seen, 18, 8) == [(40, 80)]
     assert held_spans(away, seen, 18, 3) == [(55, 80)]
 

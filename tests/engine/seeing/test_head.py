@@ -1,4 +1,4 @@
-"""Head orientation: its window follows the head, its arrows become a rotation, nothing seen is nothing told."""
+"""Head orientation: its window follows the head, its arrows become a rotation, an unseen head gives no result."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ CAMERA = DepthCamera(365.0, 365.0, 255.5, 211.5, 512, 424)
 
 
 def ball(place: np.ndarray) -> np.ndarray:
-    """A depth image of a ball of 10 cm before a wall."""
+    """A depth image of a ball of 10 cm in front of a wall."""
     y, x = np.mgrid[:424, :512]
     right, down = (x - 255.5) / 365 * place[2] - place[0], (y - 211.5) / 365 * place[2] - place[1]
     deep = 0.01 - right**2 - down**2

@@ -1,4 +1,4 @@
-"""One performer's body: fused joints become a pose, with limits kept to the very output."""
+"""One performer's body: fused joints become a pose, and the output keeps the limits."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ DT = 1 / 60
 
 
 def run(joints_at, frames, *assignments, preset="studio", hands=()):
-    """Poses (positions, rotations, confidence, uncertainty) of joints over time."""
+    """Poses (positions, rotations, confidence, uncertainty) from joints over time."""
     body = BodySolver(performer(), parse_settings(preset, assignments))
     out = []
     for k in range(frames):

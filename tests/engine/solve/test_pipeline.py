@@ -1,4 +1,4 @@
-"""The pipeline from camera frames to poses: deterministic, human whatever happens, accurate on known motion."""
+"""The pipeline from camera frames to poses: deterministic, human for any input, accurate on known motion."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ MEASURED = [INDEX[name] for name in MEASURED_JOINTS]
 
 
 def run(calibration, frames, *assignments, preset="studio", pipeline=None, hz=60):
-    """Steps' results of all frames, as replay makes them."""
+    """Steps' results of all frames, in the way of a replay."""
     settings = parse_settings(preset, (f"output_hz={hz}", *assignments))
     pipeline = pipeline or Pipeline(calibration, settings)
     schedule, results = Schedule(hz), []
@@ -43,7 +43,7 @@ def run(calibration, frames, *assignments, preset="studio", pipeline=None, hz=60
 
 
 def assert_human(results, calibration=None):
-    """Finite, bones of their length, unit rotations, on the stage."""
+    """Check for finite values, constant bone lengths, unit rotations, and a place on the stage."""
     rest = Skeleton.of((calibration or stage(0.0)).performer)
     lengths = np.linalg.norm(rest.offsets_m, axis=1)[1:]
     assert results
@@ -341,7 +341,7 @@ def test_the_depth_bias_is_taken_back():
 
 @pytest.fixture(scope="module")
 def demo_errors():
-    """Mean error [m] of preset raw and studio on a stretch of authored motion, two noisy cameras."""
+    """Mean error [m] of presets raw and studio on a part of the authored motion, two noisy cameras."""
     motion, calibration = demo_motion(), stage(*TWO)
     out = {}
     for preset in ("raw", "studio"):
@@ -377,7 +377,7 @@ def test_confidence_and_uncertainty_come_by_output_joint():
 
 @pytest.mark.parametrize("preset", ["thesis", "studio", "finish"])
 def test_a_body_that_began_with_left_for_right_turns_round(preset):
-    """All cameras first take the back for the front, without feet that would tell; then they see it right."""
+    """All cameras first take the back for the front, without feet that would show it; then they see it right."""
     calibration = stage(*TWO)
     frames = []
     for frame in recorded(calibration, arms_swinging, 3.0, noise_m=0.01):

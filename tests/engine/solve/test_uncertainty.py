@@ -1,4 +1,4 @@
-"""Radii and confidences: what makes them grow, and that they are right where the truth is known."""
+"""Radii and confidences: what increases them, and that they are right where the truth is known."""
 
 import numpy as np
 import pytest
@@ -16,14 +16,14 @@ WRIST = INDEX["left_wrist"]
 
 
 def output_of(joints):
-    """Output joints, shape (52, 3), at these canonical ones; the rest lie at the origin."""
+    """Output joints, shape (52, 3), at these canonical ones; the rest are at the origin."""
     positions = np.zeros((len(OUTPUT_JOINTS), 3))
     positions[OUT] = joints
     return positions
 
 
 def seen_by(cameras, fused=None):
-    """A fused skeleton, the mean unless given, with every joint that a camera has in use; cameras (count, 21, 3)."""
+    """A fused skeleton, by default the mean, in which every joint of a camera is used; cameras (count, 21, 3)."""
     seen = np.isfinite(cameras[..., 0])
     used = seen.any(axis=0)
     mean = np.where(seen[..., None], cameras, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)[:, None]
@@ -101,7 +101,7 @@ def test_cameras_that_disagree_are_less_sure_but_mirrored_ones_are_not():
 
 
 def test_an_unseen_joint_grows_until_the_body_carries_it():
-    """And falls back when it is seen again; its finger and nobody else's goes with it."""
+    """It shrinks again when the joint is seen again; its finger and no other joint follows it."""
     uncertainty = Uncertainty(filtered=True, solved=True)
     before = after(two(), uncertainty=uncertainty)[1]
     hidden = two()
@@ -130,7 +130,7 @@ def test_joints_between_measured_ones_are_between():
 
 
 def test_confidence_is_the_probability_of_being_close():
-    """For a normal error with the radius that is told."""
+    """For a normal error with the reported radius."""
     confidence, radius = after(two())
     rng = np.random.default_rng(1)
     for joint in (OUTPUT_INDEX["Hips"], OUTPUT_INDEX["LeftHandMiddle1"], OUTPUT_INDEX["LeftHandIndex3"]):
@@ -156,7 +156,7 @@ def test_filters_and_bodies_average_noise_away():
 
 @pytest.mark.parametrize("preset", ["studio", "thesis", "raw"])
 def test_nine_tenths_of_the_joints_are_inside(preset):
-    """Cameras of the noise that is expected: an offset per joint, and noise alike from frame to frame."""
+    """Cameras with the expected noise: an offset per joint, and noise that is correlated from frame to frame."""
     calibration = stage(-35.0, 35.0)
     offset = np.random.default_rng(4).normal(0, 0.01, (JOINT_COUNT, 3))
     frames = list(recorded(calibration, lambda t: arms_swinging(t) + offset, 6.0, noise_m=0.015, seed=2))

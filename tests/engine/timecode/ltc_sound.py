@@ -1,4 +1,4 @@
-"""Linear timecode as sound, for the tests: written from SMPTE ST 12-1, with faults of a set."""
+"""Linear timecode as sound, for the tests: written from SMPTE ST 12-1, with the faults of a film set."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ SYNC = [int(sign) for sign in "0011111111111101"]
 
 
 def word(timecode: Timecode) -> list[int]:
-    """The 80 bits of a frame, or of the pair of frames that it begins, in the order in which they are sent."""
+    """The 80 bits of a frame, or of the pair of frames that it begins, in transmission order."""
     hours, minutes, seconds, frames = timecode.parts
     frames //= timecode.rate.ltc_frames
     bits = [0] * 64
@@ -38,13 +38,13 @@ def sound(
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Return the sound of these frames in a row, and when each begins in it [s].
 
-    Frames above 30 a second go in pairs: `frames` has the even ones' numbers and the odd ones'.
+    Above 30 frames a second, frames form pairs: `frames` has the numbers of the even and the odd ones.
 
     Args:
-        noise_db: white noise, of the signal's level.
-        wow: greatest share by which the speed is off, swinging at `wow_hz`.
-        drop_outs_s: spans without signal, with the noise alone.
-        ppm: how much faster than the sound's clock timecode runs.
+        noise_db: level of white noise, relative to the signal.
+        wow: largest relative error of the speed, which swings at `wow_hz`.
+        drop_outs_s: spans without signal, with noise alone.
+        ppm: how much faster timecode runs than the sound's clock.
     """
     rng = np.random.default_rng(seed)
     pairs = frames[:: rate.ltc_frames]

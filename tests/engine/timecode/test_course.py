@@ -1,4 +1,4 @@
-"""The course of timecode: drop-outs, jumps, single wrong readings, and the way back from a timecode to a time."""
+"""The course of timecode: drop-outs, jumps, single wrong readings, and conversion from a timecode back to a time."""
 
 import numpy as np
 import pytest

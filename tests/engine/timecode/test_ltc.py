@@ -1,4 +1,4 @@
-"""LTC with the faults of a set, in all rates, and against libltc, which was not written here."""
+"""LTC with the faults of a film set, in all rates, and against libltc, an independent implementation."""
 
 import ctypes
 import ctypes.util
@@ -77,7 +77,7 @@ def test_noise_and_voices_make_no_timecode():
 
 
 def test_ten_thousand_hostile_pieces_of_sound_do_no_harm():
-    """Noise, cut words, clipped and damaged samples; then timecode is read as ever."""
+    """Noise, cut words, clipped and damaged samples; afterwards timecode is read as before."""
     rng, rate = np.random.default_rng(7), RATES["25"]
     good, _ = sound(frames_from("10:00:00:00", rate, 2), rate)
     decoder, found = LtcDecoder(rate, HZ), []

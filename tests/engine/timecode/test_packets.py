@@ -1,4 +1,4 @@
-"""MIDI timecode and Art-Net timecode, by the bytes that their specifications show."""
+"""MIDI timecode and Art-Net timecode, byte by byte as in their specifications."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Numbers of timecode against facts from SMPTE ST 12-1 and from arithmetic that is done in other ways."""
+"""Numbers of timecode against facts from SMPTE ST 12-1 and against independent arithmetic."""
 
 import pytest
 
@@ -31,7 +31,7 @@ def test_known_numbers(rate, text, frame):
 
 @pytest.mark.parametrize("name", RATES)
 def test_every_number_of_an_hour_follows_the_one_before(name):
-    """Counted as a clock counts: by carrying, and by skipping what drop-frame leaves out."""
+    """Counted like a clock: by carrying, and by skipping the numbers that drop-frame leaves out."""
     rate = RATES[name]
     h, m, s, f = 9, 59, 0, 0
     frame = rate.frame(h, m, s, f) or rate.frame(h, m, s, f := rate.count // 15)
@@ -57,7 +57,7 @@ def test_midnight(name):
 
 
 def test_drop_frame_follows_the_clock():
-    """A day of 29.97 drop-frame ends 86 ms early; without, it would take 86.4 s longer than a day."""
+    """A day of 29.97 drop-frame ends 86 ms early; without drop-frame it would take 86.4 s longer than a day."""
     assert RATES["29.97df"].day / RATES["29.97df"].fps == pytest.approx(86400 - 0.0864, abs=1e-6)
     assert Timecode.parse("23:59:59:29", RATES["29.97"]).seconds == pytest.approx(86486.4, abs=0.04)
 

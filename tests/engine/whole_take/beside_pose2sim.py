@@ -1,9 +1,9 @@
-"""Pose2Sim's pipeline beside this studio, on the same videos, landmarks and cameras.
+"""Pose2Sim's pipeline compared with this studio, on the same videos, landmarks and cameras.
 
 Figures: docs/experiments/beside_pose2sim.md.
 
-- `write FOLDER` makes projects for Pose2Sim of `STUDIO_TEST_DATA/rgb/pose2sim_single`: one with all cameras, and one
-  without each of them. Pose2Sim then runs in each: personAssociation, triangulation, filtering.
+- `write FOLDER` makes projects for Pose2Sim from `STUDIO_TEST_DATA/rgb/pose2sim_single`: one with all cameras, and
+  one without each of them. Pose2Sim then runs in each: personAssociation, triangulation, filtering.
 - `compare FOLDER` prints the figures of its results, of this studio live, and of this studio finished.
 """
 
@@ -37,7 +37,7 @@ _BONES = [
 ]
 _OURS = [INDEX[name] for name in JOINTS]
 _STANDS_M = 0.02
-"""A foot stands while its ankle is at most so far over its lowest place."""
+"""A foot stands while its ankle is at most this far above its lowest place."""
 
 _CONFIG = """\
 [project]

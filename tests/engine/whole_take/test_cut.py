@@ -16,7 +16,7 @@ ELSEWHERE = np.array([1.2, -0.6, 0.0])
 
 
 def cut(time_s):
-    """Somebody who stands elsewhere until the cut."""
+    """A performer who stands elsewhere until the cut."""
     return arms_swinging(time_s) + (time_s < CUT_S) * ELSEWHERE
 
 
@@ -30,7 +30,7 @@ def errors_m(poses):
 @pytest.mark.parametrize("late_ms", [0, 12, 30])
 @pytest.mark.parametrize("preset", ["thesis", "studio", "finish"])
 def test_the_first_second_is_as_good_as_the_rest(preset, late_ms):
-    """One camera's clock is taken to be late or early by some milliseconds."""
+    """One camera's clock is assumed off by some milliseconds."""
     calibration = stage(-35.0, 35.0)
     frames = [
         replace(f, device_time_ns=f.device_time_ns + (late_ms * SECOND // 1000 if f.camera == "b" else 0))

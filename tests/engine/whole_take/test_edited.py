@@ -1,4 +1,4 @@
-"""What of a take is solved again with edits: never what lies outside, unless edits doubt most of the take."""
+"""Which part of a take is solved again with edits: nothing outside it, unless edits doubt most of the take."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A walk before ordinary cameras, solved live and finished: the joints against the truth."""
+"""A walk in front of ordinary cameras, solved live and finished: the joints against the truth."""
 
 from collections.abc import Callable
 from functools import cache
@@ -32,7 +32,7 @@ def walk(test_data: Path) -> PicturedWalk:
 
 @pytest.fixture(scope="module")
 def as_seen(walk: PicturedWalk) -> Solves:
-    """The live solves of the walk by some of the cameras, each made once."""
+    """The live solves of the walk by some of the cameras, each computed once."""
     return cache(walk.solved)
 
 
@@ -81,7 +81,7 @@ def test_videos_of_a_treadmill_are_solved_live(
 def test_a_solve_starts_with_left_and_right_as_they_are(
     walk: PicturedWalk, as_seen: Solves, other: str
 ) -> None:
-    """One camera, or both, exchange them in the first frames of each place."""
+    """One or both cameras exchange them in the first frames of each place."""
     names = ("cam01", other)
     usual_mm = walk.errors_mm(as_seen(names)).mean()
     turned = walk.with_exchanged_at_first(other, frames=6)

@@ -1,4 +1,4 @@
-"""What a solve could not follow, of poses and reports that are made up."""
+"""Joints that a solve could not follow, from made-up poses and reports."""
 
 from types import SimpleNamespace
 
@@ -21,7 +21,7 @@ JOINTS = POSE[OUTPUT_OF_CANONICAL_INDEX]
 
 
 def result(frame, *reports, pose=POSE):
-    """A step's result: what each camera reports, and the pose."""
+    """A step's result: each camera's report, and the pose."""
     seen = np.array(reports)
     frames = SimpleNamespace(stage_time_ns=frame * DT_NS, positions=seen, rays=np.zeros(len(seen), bool))
     return SimpleNamespace(frame_set=frames, positions_m=pose)

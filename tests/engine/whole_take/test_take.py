@@ -54,7 +54,7 @@ def test_an_edit_moves_nothing_that_is_not_near_it(preset):
     assert outside.sum() > 100
     np.testing.assert_allclose(poses.positions_m[outside], own.positions_m[outside], rtol=0.0, atol=1e-12)
     steps = np.linalg.norm(np.diff(poses.positions_m - own.positions_m, axis=0), axis=2)
-    assert steps[np.abs(poses.time_s[1:] - at_s) > 0.3].max() < 0.005  # it goes over without a jump
+    assert steps[np.abs(poses.time_s[1:] - at_s) > 0.3].max() < 0.005  # the transition has no jump
 
 
 @pytest.mark.parametrize("preset", PRESETS)

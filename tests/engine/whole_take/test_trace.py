@@ -1,4 +1,4 @@
-"""A solve's trace: what goes in comes out to half a millimetre, through its file too."""
+"""A solve's trace is restored to half a millimetre, also through its file."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,7 @@
-"""A walk before four cameras without depth: a real detector's landmarks, the true cameras and the joints.
+"""A walk in front of four cameras without depth: a real detector's landmarks, the true cameras and the joints.
 
 Recordings of `STUDIO_TEST_DATA/rgb`: `walk_4_cameras`, a person at eight places and headings, one `segment` each,
-true joints; and `pose2sim_single`, videos of a person on a treadmill, whose joints are those that all four cameras
+with true joints; and `pose2sim_single`, videos of a person on a treadmill. Its joints are those that all four cameras
 place, smoothed as usual in gait analysis (Butterworth, 6 Hz).
 
 Run as a program, it prints the errors of the solve by all groups of cameras.
@@ -68,19 +68,19 @@ class PicturedWalk:
     hz: float = 30.0
 
     def placed_m(self) -> NDArray[np.float64]:
-        """The joints where all cameras place them, by camera, shape (camera_count, frame_count, 21, 3)."""
+        """The joints placed by all cameras, by camera, shape (camera_count, frame_count, 21, 3)."""
         centres = np.array([camera.T_stage_camera[:3, 3] for camera in self.cameras.values()])
         joints = [placed(ends, sure, centres, np.ones(len(centres), bool))[0] for ends, sure in self._rays()]
         return np.swapaxes(np.array(joints), 0, 1)
 
     def _rays(self) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """Yield of each instant points on the cameras' rays, shape (camera_count, 21, 3), and confidences."""
+        """Yield points on the cameras' rays at each instant, shape (camera_count, 21, 3), and confidences."""
         for frames in zip(*self.frames.values(), strict=True):
             ends = [on_rays(self.cameras[f.camera], f.picture) for f in frames if f.picture is not None]
             yield np.array(ends), np.array([f.confidence for f in frames])
 
     def missed_mm(self) -> NDArray[np.float64]:
-        """How far each camera's rays miss the joints that the others place, median of the sure ones, shape (21,)."""
+        """How far each camera's rays miss the joints that the others place, median of confident ones, shape (21,)."""
         centres = np.array([camera.T_stage_camera[:3, 3] for camera in self.cameras.values()])
         missed = []
         for ends, sure in self._rays():
@@ -129,12 +129,12 @@ class PicturedWalk:
         return results
 
     def with_exchanged(self, name: str, *, every: int) -> "PicturedWalk":
-        """The walk with left and right exchanged in each so many-th frame of a camera."""
+        """The walk with left and right exchanged in every n-th frame of a camera."""
         frames = [_mirrored(frame) if k % every == 0 else frame for k, frame in enumerate(self.frames[name])]
         return replace(self, frames=self.frames | {name: frames})
 
     def with_exchanged_at_first(self, name: str, *, frames: int) -> "PicturedWalk":
-        """The walk with left and right exchanged in a camera's first so many frames of each segment."""
+        """The walk with left and right exchanged in a camera's first frames of each segment."""
         began = np.flatnonzero(np.diff(self.segment, prepend=-1))
         first = (np.arange(len(self.segment)) - began[:, None] >= 0) & (
             np.arange(len(self.segment)) - began[:, None] < frames
@@ -145,7 +145,7 @@ class PicturedWalk:
         )
 
     def with_turned(self, name: str, degrees: float) -> "PicturedWalk":
-        """The walk with a camera taken for one that looks further up than it does."""
+        """The walk with a camera that is assumed to look further up than it does."""
         angle = np.radians(degrees)
         up = make_transform(
             np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]]),

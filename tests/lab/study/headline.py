@@ -1,11 +1,11 @@
-"""What keeps preset `finish` with two cameras from halving the error of one camera: the same solve, knowing more.
+"""Why preset `finish` with two cameras does not halve the error of one camera: the same solve with more given.
 
-    python -m tests.lab.study.headline [--seeds N]
+python -m tests.lab.study.headline [--seeds N]
 
-The thesis's four movements, wrist relative to chest. A simulated performer's joints are detected beside the
-anatomical centres, by the same offsets in every frame and camera (SD 1 cm per axis), and a shorter or longer bone
-explains them as well. So a row for each thing that no camera sees, given from the truth, and `detected`: the
-detected points themselves without any noise.
+The thesis's four movements, wrist relative to chest. A simulated performer's joints are detected next to the
+anatomical centres, with the same offsets in every frame and camera (SD 1 cm per axis); a shorter or longer bone
+explains them equally well. So there is a row for each thing that no camera sees, given from the truth, and
+`detected`: the detected points themselves without any noise.
 """
 
 import argparse
@@ -37,15 +37,15 @@ from studio.simulator.rig import standard_rig
 RATE_HZ = 60.0
 TOWARDS_CAMERA_M = 0.03
 ROWS = ("finish", "true places", "true proportions", "both", "detected", "no offsets")
-"""`finish` as it is; cameras and clocks where they are; bones as long as they are; both; the detected points without
-noise; a performer who is detected at the anatomical centres."""
+"""Rows: `finish` as it is; true cameras and clocks; true lengths of bones; both; the detected points without noise; a
+performer who is detected at the anatomical centres."""
 
 Figures = tuple[float, float]
 """Absolute difference and shortest distance [cm]."""
 
 
 def figures(motion: str, seed: int) -> dict[str, Figures]:
-    """Return the figures of one movement and seed by row, with `raw`, one camera, to compare with; empty where the
+    """Return the figures of one movement and seed by row, with `raw`, one camera, for comparison; empty if the
     calibration is refused."""
     one, two = (StudyStage(StudyRecording(motion, "", count, count > 1, seed)) for count in (1, 2))
     if one.calibration is None or two.calibration is None or two.calibration.performer is None:
@@ -99,7 +99,7 @@ def _solved(stage: StudyStage, calibration: Calibration, preset: str) -> Figures
 
 
 def _true_cameras(count: int, seed: int) -> dict[str, CameraCalibration]:
-    """The rig's cameras where they stand, with the clocks that `seen.see` gives them."""
+    """The rig's cameras at their true places, with the clocks that `seen.see` gives them."""
     rig = standard_rig(count)
     streams = np.random.SeedSequence(seed).spawn(1 + count)[1:]
     out = {}

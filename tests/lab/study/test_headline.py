@@ -1,4 +1,4 @@
-"""Why the headline of preset `finish` ends short of -50 %: `headline` on one movement."""
+"""Why the headline of preset `finish` misses -50 %: `headline` on one movement."""
 
 import pytest
 
@@ -16,7 +16,7 @@ def test_constant_offsets_are_most_of_what_is_left():
 
 
 def test_the_detected_points_alone_miss_the_bar():
-    """Half of 2.30 cm, what one camera leaves over three seeds, is less than the offsets themselves."""
+    """The offsets alone exceed half of 2.30 cm, the error of one camera over three seeds."""
     motions = ("arms_front_back", "arms_up_down", "arm_circles", "punches")
     left = [detected(motion, seed)[0] for motion in motions for seed in range(3)]
     assert sum(left) / len(left) > 0.5 * 2.30

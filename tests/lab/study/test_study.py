@@ -1,4 +1,4 @@
-"""A study in short: planned, run on two processes, gone on with, written down."""
+"""A study in short: planned, run on two processes, resumed, written down."""
 
 import json
 from dataclasses import replace

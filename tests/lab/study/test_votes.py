@@ -1,4 +1,4 @@
-"""Votes of blind tests as the study reads them, and what they decide."""
+"""Votes of blind tests as the study reads them, and the decisions that follow."""
 
 from studio.engine.base.errors import FormatError
 from studio.lab.study.decision import decisions

@@ -1,4 +1,4 @@
-"""Animations of a pair: one character, one interval, and files that differ in nothing but the keys' values."""
+"""Animations of a pair: one character, one interval, and files that differ only in the values of the keys."""
 
 import json
 
@@ -27,7 +27,7 @@ def parts(data: bytes) -> tuple[dict, bytes]:
 
 
 def sampler_bytes(tree: dict) -> np.ndarray:
-    """Whether each byte of the buffer is a key's value."""
+    """Whether each byte of the buffer belongs to a key's value."""
     mask = np.zeros(tree["buffers"][0]["byteLength"], dtype=bool)
     for sampler in tree["animations"][0]["samplers"]:
         view = tree["bufferViews"][tree["accessors"][sampler["output"]]["bufferView"]]

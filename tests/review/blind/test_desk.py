@@ -1,4 +1,4 @@
-"""The desk: votes are kept, changed, resumed after a restart; links are revoked; nothing wrong is taken."""
+"""The desk: votes are kept, changed, resumed after a restart; links are revoked; wrong requests are refused."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""Blind tests made for tests: conditions, votes, and animations of few bytes where motion does not matter."""
+"""Blind tests for the tests: conditions, votes, and animations of a few bytes where motion does not matter."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,7 +13,7 @@ def side(condition: str, solve: str = "studio") -> Side:
 
 
 def pairs(count: int = 6) -> tuple[Pair, ...]:
-    """Pairs of two conditions, told apart by their solves."""
+    """Pairs of two conditions, distinguished by their solves."""
     return tuple(Pair(a=side("off", f"off_{i}"), b=side("on", f"on_{i}")) for i in range(count))
 
 

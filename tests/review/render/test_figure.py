@@ -1,4 +1,4 @@
-"""Pictures show the mannequin: its triangles in the right pixels, on the floor, its face ahead."""
+"""Pictures show the mannequin: its triangles in the right pixels, on the floor, its face forward."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Charts are well-formed, scales and ticks right, intervals as known cases have them."""
+"""Charts are well-formed, scales and ticks are right, and intervals match known cases."""
 
 from xml.etree import ElementTree
 

@@ -32,7 +32,7 @@ def poses_of(frames: int):
 
 
 def two_solves() -> tuple[dict[str, MeasuredSolve], Reference]:
-    """One solve with a hand that is 5 cm off, one without any error."""
+    """One solve with a hand that is 5 cm off, one without errors."""
     good = poses_of(180)
     reference = Reference(good.time_s, canonical_positions(good))
     off = np.zeros_like(good.positions_m)
@@ -59,7 +59,7 @@ def test_a_report_holds_all_its_parts():
 
 
 def test_times_count_from_the_beginning_of_the_performance():
-    """A calibration part of 34 s before it changes nothing in the report but the stage time that is told."""
+    """A calibration part of 34 s before it changes nothing in the report but the displayed stage time."""
     solves, reference = two_solves()
     event = {"kind": "joint_pop", "joint": "head", "size": 6.0, "unit": "cm", "detail": ""}
     pages = []

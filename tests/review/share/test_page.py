@@ -1,4 +1,4 @@
-"""The replay page: what is in the file, how large it is, and that it asks for nothing."""
+"""The replay page: its content, its size, and that it requests nothing."""
 
 import base64
 import gzip

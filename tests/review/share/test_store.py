@@ -1,4 +1,4 @@
-"""Links to replays: kept, listed, opened by their secret only, taken back."""
+"""Links to replays: kept, listed, opened only by their secret, revoked."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -64,7 +64,7 @@ def test_the_same_is_found_again_unless_the_solve_is_newer(tmp_path) -> None:
     share = add(shares)
     made = datetime.fromisoformat(share.created)
     what = {"title": "Walk", "take": "monday/one", "solve": "studio", "start_s": None, "end_s": 2.0}
-    assert shares.same(**what, since=solved) == share  # also where both were made within a second
+    assert shares.same(**what, since=solved) == share  # even if both were made within a second
     assert shares.same(**what, since=made) == share
     assert shares.same(**what, since=made + timedelta(seconds=1)) is None
     assert shares.same(**{**what, "end_s": None}, since=made) is None

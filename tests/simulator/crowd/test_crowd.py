@@ -1,4 +1,4 @@
-"""Several simulated performers: where they are, who hides whom, and what devices call them."""
+"""Several simulated performers: where they are, who hides whom, and what numbers devices give them."""
 
 from pathlib import Path
 
@@ -65,7 +65,7 @@ def test_cameras_lose_who_is_hidden_and_give_new_numbers(demo):
         exchanged += len(numbers) - len({number for _, number in numbers})
         for bodies in seen.bodies:
             assert len({body.number for body in bodies}) == len(bodies)
-    assert exchanged  # one number stands for both at times
+    assert exchanged  # at times both have the same number
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Depth images of several performers: who is there, and who hides whom."""
+"""Depth images of several performers: who is in them, and who hides whom."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from tests.refused import refused
 
 
 def meeting(*places, enters_s=0.5) -> Meeting:
-    """As many as `places` hold a T-pose there; all but the first come in later."""
+    """One performer for each of `places` holds a T-pose there; all but the first come in later."""
     demo = demo_motion()
     t_pose = replace(demo, positions_m=demo.positions_m[:120], hands_open=np.ones((120, 2)))
     motions = tuple(replace(t_pose, positions_m=t_pose.positions_m + np.array([*p, 0.0])) for p in places)
@@ -33,7 +33,7 @@ def test_one_is_before_the_other_who_comes_in_later():
     changed = np.abs(both - alone) > 300
     assert changed.sum() > 100  # the other one's arms and head stand out behind
     near = (alone > 0) & (alone < 1e3 * np.linalg.norm(rig[0].T_stage_camera[:3, 3]) + 200)
-    assert not (changed & near).any()  # what is of the first one stays
+    assert not (changed & near).any()  # pixels of the first performer do not change
     (_, other), first = stage.others[0], stage.performance
     rows = [np.genfromtxt(truth_csv(done).splitlines(), delimiter=",", names=True) for done in (first, other)]
     assert rows[0]["time_s"][0] == 0.0 and rows[1]["time_s"][0] == pytest.approx(0.5)

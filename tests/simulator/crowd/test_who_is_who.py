@@ -1,11 +1,11 @@
-"""Simulated performers stay themselves, however they meet."""
+"""Simulated performers keep their identity in every way of meeting."""
 
 import pytest
 
 from tests.simulator.crowd_people import TAKES, crowd_of, take_of, told
 
 SEED = 3000
-"""Of the first take; nothing was tuned on seeds from here on."""
+"""Seed of the first take; nothing was tuned on this or later seeds."""
 
 
 def test_two_who_embrace_stay_themselves():

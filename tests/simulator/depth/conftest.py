@@ -1,4 +1,4 @@
-"""A performer, its body and what it does, made once."""
+"""Fixtures that are made once: a performer, its body and its performance."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The mesh is closed and the right way out; it keeps its volume and its joints when it moves."""
+"""The mesh is closed and its faces point outwards; in motion it keeps its volume and its joints."""
 
 from dataclasses import replace
 
@@ -34,7 +34,7 @@ def part_vertices(body, vertices):
 
 
 def assert_closed(triangles):
-    """Every edge is passed as often one way as the other."""
+    """Every edge is used equally often in both directions."""
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     there, back = np.sort(edges.view("i8,i8").ravel()), np.sort(edges[:, ::-1].copy().view("i8,i8").ravel())
     assert (there == back).all()
@@ -63,7 +63,7 @@ def test_other_builds_are_closed_too(who):
 
 
 def test_no_triangle_is_turned_in(body):
-    """Normals point to where the solid ends: a step outwards leaves it, one inwards does not."""
+    """Normals point out of the solid: a step along one leaves it, a step against one does not."""
     from studio.simulator.body.trunk import trunk
 
     part = body.parts[0]
@@ -127,7 +127,7 @@ def replace_offsets(body, done):
 
 
 def test_bones_point_along_the_joints(performance):
-    """A bone takes its T-pose direction to the way between its joints, so that the skin follows the truth."""
+    """A bone turns its T-pose direction to the direction between its joints, so that the skin follows the truth."""
     offsets = performance.motion.offsets_m
     for bone, child in (
         ("left_upper_arm_end", "left_elbow"), ("right_forearm", "right_wrist"), ("left_hand", "left_hand"),

@@ -1,4 +1,4 @@
-"""Noise, steps, shadows and holes are what the sensors' sources say."""
+"""Noise, steps, shadows and holes match the sources of the sensors."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The rasteriser agrees with rays cast at every triangle, and the room with its planes."""
+"""The rasteriser agrees with rays cast at every triangle; the room agrees with its planes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The hard motions do what they are named after, and the room is as large as they need."""
+"""The hard motions do what their names say, and the room is as large as they need."""
 
 import numpy as np
 import pytest

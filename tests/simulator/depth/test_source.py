@@ -1,4 +1,4 @@
-"""The live depth source: its form, its pace, its clock."""
+"""The live depth source: its format, its rate, its clock."""
 
 import asyncio
 

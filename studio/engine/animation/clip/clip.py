@@ -1,6 +1,6 @@
 """From a solve to the content of a file: trimming, clean-up, the frame rate, then names, bones and root motion.
 
-All formats share `prepared_poses`; `clip` goes on to a skeleton with keys.
+All formats share `prepared_poses`; `clip` continues to a skeleton with keys.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.model.poses import Poses
 
 _MOST_STEPS = 4
-"""Most steps between two keys; a cubic has no more freedom than three places between its ends."""
+"""Maximum number of steps between two keys; a cubic has no freedom for more than three inner places."""
 
 
 def prepared_poses(poses: Poses, options: ExportOptions) -> Poses:

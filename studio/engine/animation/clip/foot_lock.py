@@ -131,7 +131,7 @@ def _fade(out: Array, value: Array, frames: range, edge: int, ease: int) -> None
 
 
 def runs_of(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Begin and end of each run of true flags."""
+    """Start and end of each run of true flags."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 

@@ -45,12 +45,12 @@ class ExportOptions:
         take_name: name of the animation in the file.
         timecode: time of day of the take's first frame, hh:mm:ss:ff at the export's rate; keys then start
             there. None starts at 0.
-        timecodes: timecode of every stage time, in place of `timecode`; the file has it where its format has a place.
+        timecodes: timecode of every stage time, in place of `timecode`; written if the format has a place for it.
         smooth_hz: cutoff of a zero-phase low-pass filter [Hz]; None = off.
         loop: trim the clip to its best loop, and blend its end into its start.
         foot_lock: hold standing feet in place, by bending the legs.
-        undecided_s: of a performer of several, spans of stage time [s] in which they were not told apart from
-            another; None = of one alone.
+        undecided_s: for one of several performers, spans of stage time [s] with uncertain identity; None = a single
+            performer.
     """
 
     fps: float | None = None
@@ -75,7 +75,7 @@ class ExportOptions:
 POSE_OPTIONS = frozenset(
     {"fps", "start_s", "end_s", "take_name", "smooth_hz", "loop", "foot_lock", "undecided_s"}
 )
-"""Options that every format understands, because they are of the poses."""
+"""Options that every format understands, because they concern the poses."""
 
 _BEFORE_CHECKED: dict[str, str] = {
     "interpolation": "each program chooses its own between keys",
@@ -94,10 +94,10 @@ def check_options(options: ExportOptions, format: str, understood: frozenset[str
     Args:
         options: of the export.
         format: for the message.
-        understood: names of the options that the format understands beside `POSE_OPTIONS`.
+        understood: names of the options that the format understands besides `POSE_OPTIONS`.
 
     Raises:
-        SettingsError: with the option, the value and what is allowed.
+        SettingsError: with the option, the value and the allowed values.
     """
     for name, allowed in _CHOICES.items():
         value = getattr(options, name)

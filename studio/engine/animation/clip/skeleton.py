@@ -41,9 +41,9 @@ class LocalMotion:
             joint_count, 4), signs continuous over time.
         name: of the take.
         start_s: time of the first key [s]; 0 unless keys lie at a time of day.
-        timecode: of the first key; None = not asked for.
-        undecided_s: spans [s from the first key] in which the performer was not told apart from another; None = of
-            one alone.
+        timecode: of the first key; None = not requested.
+        undecided_s: spans [s from the first key] in which the performer's identity is uncertain; None = a single
+            performer.
         between: the same motion with equal steps between the keys, if known and requested.
     """
 

@@ -1,4 +1,4 @@
-"""Several performers of a take on one clock: their files, and a scene of all, begin and end at the same instants."""
+"""Several performers of a take on one clock: their files, or their common scene, start and end together."""
 
 import re
 import unicodedata
@@ -14,10 +14,9 @@ _NO_IDENTIFIER = re.compile(r"[^A-Za-z0-9_]+")
 
 
 def on_one_clock(performers: Sequence[Poses]) -> list[Poses]:
-    """Return performers' poses from the first frame of any to the last of any.
+    """Return performers' poses, all from the earliest first frame to the latest last frame.
 
-    Before performers come in and after they leave, they stand still as they were first and last seen, with
-    confidence 0.
+    Before a performer's first frame and after their last one, that frame's pose is held with confidence 0.
     """
     begins_s = min(poses.begins_s for poses in performers)
     ends_s = max(float(poses.time_s[-1]) for poses in performers)
@@ -49,7 +48,7 @@ def _from_to(poses: Poses, begins_s: float, ends_s: float) -> Poses:
 
 
 def identifiers(names: Sequence[str]) -> list[str]:
-    """Return names that every program takes as namespaces: letters, digits and `_`, each of its own."""
+    """Return unique names of letters, digits and `_`, which every program accepts as namespaces."""
     found: list[str] = []
     for name in names:
         plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()

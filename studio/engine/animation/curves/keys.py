@@ -88,7 +88,7 @@ def curve_keys(
 
 
 def _fitted_slopes(track: Array, slopes: Array, between: Array) -> tuple[NDArray[np.bool_], Array, Array]:
-    """Return the intervals between keys that need fitted slopes, and these slopes per frame: at the begin and the
+    """Return the intervals between keys that need fitted slopes, and these slopes per frame: at the start and the
     end.
 
     Slopes that are not determined (one step in the middle) change as little as possible.

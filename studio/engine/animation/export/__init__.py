@@ -34,8 +34,8 @@ class Exporter:
         write: called as write(what, path, options).
         takes: input of the writer: `motion` (a `LocalMotion`, made by `clip`) or `poses` (`Poses`, made
             by `prepared_poses`).
-        options: names of the options that it understands beside those of every format (`POSE_OPTIONS`).
-        several: whether it takes a list of takes for one file, of poses each with its options, and a `progress`.
+        options: names of the options that it understands besides those of every format (`POSE_OPTIONS`).
+        several: whether it takes a list of takes for one file (poses with their options), and a `progress`.
         scene: writes several performers of a take, by name, called as scene(performers, path, options); None = the
             format holds one.
         stage_times: whether each frame has its stage time; else a file begins with its first frame.
@@ -116,7 +116,7 @@ def export(
 
     Args:
         poses: the solve.
-        path: of the file; an existing one is replaced, and kept whole if anything fails.
+        path: of the file; an existing one is replaced, or stays intact if anything fails.
         format: a key of `EXPORTERS`.
         options: of the export; None = the defaults.
         progress: receives the share done.
@@ -199,7 +199,7 @@ def export_scene(
         progress: receives the share done.
 
     Raises:
-        SettingsError: as `export`; a format for one performer, or a loop, which each would have of its own.
+        SettingsError: as `export`; a format for one performer; or a loop, which would differ between performers.
         FormatError: poses that cannot be exported.
         StudioError: the file cannot be written.
     """
@@ -225,7 +225,7 @@ def export_scene(
 
 
 def one_performer_format(format: str) -> SettingsError:
-    """Return the refusal to put several performers into a file of one."""
+    """Return the error for several performers in a format that holds one."""
     allowed = ", ".join(name for name, one in EXPORTERS.items() if one.scene is not None)
     return SettingsError(
         "export.one_performer_format",

@@ -72,7 +72,7 @@ def _hierarchy(motion: LocalMotion, order: str, scale: float) -> list[str]:
 
 
 def _comment(motion: LocalMotion) -> str:
-    """Return the timecode of the first frame, behind the file's first word, where readers look at nothing else."""
+    """Return the timecode of the first frame, for the first line, of which readers read the first word only."""
     return "" if motion.timecode is None else f" # timecode {motion.timecode} {motion.timecode.rate.name}"
 
 

@@ -110,8 +110,8 @@ class GltfDocument:
         interpolation: str,
         body_rgba: Sequence[float] = _BODY_RGBA,
     ) -> None:
-        """Add one of several performers: a node of their name with skeleton and body, and their keys beside those of
-        the others."""
+        """Add one of several performers: a node of their name with skeleton and body, and their keys, in the same
+        animation as the others'."""
         joints = self.add_skeleton(motion)
         below = [joints[0]]
         if mesh is not None:
@@ -238,7 +238,7 @@ class GltfDocument:
 
 
 def _extras(motion: LocalMotion) -> dict[str, list[list[float]]]:
-    """Return what glTF has no place for: undecided spans [s]."""
+    """Return data that glTF has no place for: undecided spans [s]."""
     return {} if motion.undecided_s is None else {"undecided_s": [list(span) for span in motion.undecided_s]}
 
 

@@ -1,4 +1,4 @@
-"""OpenTimelineIO: the takes as clips on a timeline at their timecode, which refer to files of motion beside it.
+"""OpenTimelineIO: the takes as clips on a timeline at their timecode, which refer to motion files next to it.
 
 Plain JSON in the schemas Timeline.1, Stack.1, Track.1, Clip.2, Gap.1, ExternalReference.1 and Marker.2, as
 OpenTimelineIO 0.15 and later read it. Source: opentimelineio.readthedocs.io, "File Format Specification".
@@ -16,7 +16,7 @@ from studio.engine.model.poses import Poses
 from studio.engine.timecode.timecode import RATES, Timecode
 
 _WITHOUT = RATES["60"]
-"""Rate of a timeline of takes without timecode, which begins at 0."""
+"""Rate of a timeline of takes without timecode; it begins at 0."""
 
 
 def write_otio(
@@ -35,7 +35,7 @@ def write_otio(
         progress: receives the share done.
 
     Raises:
-        SettingsError: the takes have timecode of several rates, or share a part of it.
+        SettingsError: the takes have timecode of several rates, or overlap.
         StudioError: the file cannot be written.
     """
     placed = sorted((_place(poses, own) for poses, own in takes), key=lambda one: one["first"].frame)
@@ -75,7 +75,7 @@ def write_otio(
 
 
 def _place(poses: Poses, options: ExportOptions) -> dict[str, Any]:
-    """Return where a take lies: its name, first timecode, number of frames, and what its timecode went through."""
+    """Return a take's name, first timecode, number of frames, and its timecode's drift and bridged spans."""
     course, times = options.timecodes, poses.time_s
     rate = _WITHOUT if course is None else course.rate
     seconds = float(times[-1] - times[0]) + 1.0 / poses.frames_per_second
@@ -91,7 +91,7 @@ def _place(poses: Poses, options: ExportOptions) -> dict[str, Any]:
 
 
 def _spans(times: Any, inside: Any) -> list[tuple[float, float]]:
-    """Return the spans of time in which `inside` holds [s]."""
+    """Return the spans of time in which `inside` is true [s]."""
     found: list[tuple[float, float]] = []
     for time_s, holds, before in zip(times.tolist(), inside, [False, *inside[:-1]], strict=True):
         if holds and not before:
@@ -132,7 +132,7 @@ def _clip(one: dict[str, Any], fps: float) -> dict[str, Any]:
 
 
 def _item(schema: str, name: str, first: int | None, count: int, fps: float) -> dict[str, Any]:
-    """Return what every item of a timeline has; `first` None: as long as what is in it."""
+    """Return the fields that every item of a timeline has; `first` None: as long as its content."""
     return {
         "OTIO_SCHEMA": schema,
         "metadata": {},

@@ -1,10 +1,10 @@
 """CSV and npz: the content of the poses, for users' own programs, on the stage clock and in the stage frame.
 
 The CSV has the form of a reference for `evaluate`: `time_s`, then `<joint>_x`, `_y`, `_z` [m] by canonical joint.
-`<joint>_confidence` and `<joint>_uncertainty_mm` follow, then joints without a canonical name under their own. Of a
-performer of several, a last column `undecided` is 1 where they were not told apart from another; so is the field
-`undecided` of the npz, shape (frame_count,). Where asked for, the last column and the field `timecode` have the
-timecode of each frame.
+`<joint>_confidence` and `<joint>_uncertainty_mm` follow, then joints without a canonical name under their own. For
+one of several performers, a further column `undecided` is 1 where their identity is uncertain; so is the field
+`undecided` of the npz, shape (frame_count,). On request, the last column and the field `timecode` have the timecode
+of each frame.
 """
 
 import os
@@ -60,7 +60,7 @@ def write_npz(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
 
 
 def undecided(poses: Poses, options: ExportOptions) -> NDArray[np.bool_] | None:
-    """Return which frames are undecided, shape (frame_count,); None for a performer who is alone."""
+    """Return which frames are undecided, shape (frame_count,); None for a single performer."""
     if options.undecided_s is None:
         return None
     inside = np.zeros(poses.frame_count, dtype=bool)

@@ -139,7 +139,7 @@ def _animation(pxr: Any, stage: Any, path: str, motion: LocalMotion, joints: lis
 
 
 def _add_undecided(pxr: Any, animation: Any, motion: LocalMotion) -> None:
-    """Add the attribute `undecided`: whether the performer was not told apart from another, frame by frame."""
+    """Add the attribute `undecided`: whether the performer's identity is uncertain, frame by frame."""
     if motion.undecided_s is None:
         return
     doubt = animation.GetPrim().CreateAttribute("undecided", pxr.Sdf.ValueTypeNames.Bool, True)

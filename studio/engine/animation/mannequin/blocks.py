@@ -1,4 +1,4 @@
-"""The body of blocks: a rigid block for each bone and a ball in each joint, so that every turn of a limb is seen."""
+"""The body of blocks: a rigid block for each bone and a ball in each joint, so that every turn of a limb shows."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +50,7 @@ def block(
     Args:
         rig: the joints; role: of the joint.
         ends: middles of its two ends, each shape (3,).
-        front: direction of its depth; what of it lies along the block is left out.
+        front: direction of its depth; the component along the block is removed.
         half: half-width and half-depth [m].
         tone: `BODY` or `SEAM`; sectors: of the outline.
     """

@@ -1,4 +1,4 @@
-"""Builds: what one body has more or less of than another, on the same joints."""
+"""Builds: width factors that make different bodies on the same joints."""
 
 from dataclasses import dataclass
 
@@ -17,9 +17,9 @@ class Build:
     """Factors of widths; 1 = the standard body's.
 
     Attributes:
-        trunk: (height, of the width, of the depth before, behind); 0 = hip joints, 1 = shoulder joints.
-        arm, leg: (place, of the radii); 0 = root, 1 = middle joint, 2 = far one.
-        shoulder, neck, head, hand, foot: of the part's widths.
+        trunk: height (0 = hip joints, 1 = shoulder joints), factors of the width, the depth before and behind.
+        arm, leg: place (0 = root, 1 = middle joint, 2 = far one), factor of the radii.
+        shoulder, neck, head, hand, foot: factor of the part's widths.
     """
 
     trunk: tuple[tuple[float, float, float, float], ...] = ((0.0, 1.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0))

@@ -46,7 +46,7 @@ class LimbShape:
     part: str
 
     def factors(self, rig: MannequinRig, place: Array) -> Array:
-        """Return what the build makes of the radii at places."""
+        """Return the build's factors of the radii at places."""
         return course(list(getattr(rig.build, self.part)), place)
 
 
@@ -93,7 +93,7 @@ def limb(rig: MannequinRig, shape: LimbShape, side: str) -> list[MannequinPart]:
 
 def _ball(rig: MannequinRig, shape: LimbShape, roles: list[str], k: int) -> MannequinPart:
     radii = np.full(3, shape.balls[k] * rig.girth) * shape.factors(rig, np.array([float(k)]))
-    if k == 1:  # it shows in a sharp bend alone
+    if k == 1:  # visible only in a sharp bend
         return ball(rig, roles[k], rig.at(roles[k]), radii, BODY, 12, 7)
     return ball(rig, roles[k], rig.at(roles[k]), radii, SEAM, shape.sectors, 9)
 

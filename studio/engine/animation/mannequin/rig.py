@@ -37,7 +37,7 @@ class MannequinRig:
         index: role -> index of the joint.
         rest_m: joint positions of the rest pose, shape (joint_count, 3).
         floor: height of the soles [m].
-        build: what the body has more or less of.
+        build: width factors of the body.
     """
 
     index: dict[str, int]

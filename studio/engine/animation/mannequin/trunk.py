@@ -10,8 +10,8 @@ from studio.engine.animation.mannequin.rig import MannequinRig
 Array = NDArray[np.float64]
 
 _SECTORS = 24
-# Height (0 = hip joints, 1 = shoulder joints), then metres at a stature of 1.75 m: what the half-width has beyond
-# the hip joints' (first column of widths) and the shoulder joints' (second), depth before and behind, squareness.
+# Half-widths of pelvis and chest minus the half distances of hip and shoulder joints [m at a stature of 1.75 m]. In
+# the table, heights are 0 at the hip and 1 at the shoulder joints, depths in the same unit; power is squareness.
 _PELVIS_BEYOND, _CHEST_BEYOND = 0.076, -0.022
 _TABLE = (
     # height, share of the pelvis' width, share of the chest's, fore, aft, power

@@ -21,7 +21,7 @@ _CENTRES = {"HJC": "hip", "KJC": "knee", "AJC": "ankle", "SJC": "shoulder", "EJC
 _OTHER_NAMES = {"LASI": "LFWT", "RASI": "RFWT", "LPSI": "LBWT", "RPSI": "RBWT"}
 _USUAL_LEG_M = 0.84
 MARKER_ENDING = "_marker"
-"""A label such as `left_knee_marker` is a marker that somebody put on that joint."""
+"""Ending of the label of a marker on a joint, such as `left_knee_marker`."""
 
 _KNEE_HALF_M, _ANKLE_HALF_M, _ELBOW_HALF_M, _SHOULDER_BELOW_M = 0.055, 0.042, 0.040, 0.050
 _LEAST_JOINTS = 3
@@ -65,12 +65,12 @@ def canonical_points(points: NamedPoints) -> Array:
 
 
 def uses_markers(points: NamedPoints) -> bool:
-    """Whether joints without a named centre are estimated from surface markers, or told by markers on them."""
+    """Whether joints without a named centre are located by surface markers, or by markers on those joints."""
     return names_markers(points.names) and "left_knee" not in points.names
 
 
 def names_markers(names: Sequence[str]) -> bool:
-    """Whether labels without their subject are those of markers: Plug-in Gait's, or such as `left_knee_marker`."""
+    """Whether labels without their subject name markers: Plug-in Gait's, or joints' (`left_knee_marker`)."""
     return {"LKNE", "RKNE"} <= set(names) or any(map(_joint_of, names))
 
 

@@ -94,10 +94,10 @@ def _sizes(mapping: Mapping) -> tuple[float, float, float | None]:
 
 
 def keep_rig(data: bytes, path: Path) -> RigFacts:
-    """Write an uploaded rig to `path`; return its `rig_facts`. A mapping of that name for other bones is deleted.
+    """Write an uploaded rig to `path`; return its `rig_facts`. A mapping next to it for other bones is deleted.
 
     Raises:
-        FormatError: it cannot be read; then nothing is kept.
+        FormatError: it cannot be read; then nothing is stored.
         StudioError: the file cannot be written.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -113,7 +113,7 @@ def keep_rig(data: bytes, path: Path) -> RigFacts:
 
 
 def map_rig(path: Path, bones: dict[str, str | None]) -> RigFacts:
-    """Save the roles of a rig's bones beside it; return its `rig_facts`.
+    """Save the roles of a rig's bones next to it; return its `rig_facts`.
 
     Args:
         path: of the rig.

@@ -178,7 +178,7 @@ def _carrier(role: str, bones: dict[str, str]) -> str | None:
 
 
 def mapping_path(rig_path: Path) -> Path:
-    """Return the path of a rig's mapping, beside the rig."""
+    """Return the path of a rig's mapping, next to the rig."""
     return rig_path.with_name(rig_path.name + SUFFIX)
 
 
@@ -253,10 +253,10 @@ def _without_repeats(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def saved_bones(rig: Rig) -> tuple[dict[str, str], Path] | None:
-    """Return the saved mapping of a rig and its file: beside it, or of another file with the same bones.
+    """Return the saved mapping of a rig and its file: next to it, or of another file with the same bones.
 
     Raises:
-        FormatError: the mapping beside the rig's file cannot be read, or is for other bones.
+        FormatError: the mapping next to the rig's file cannot be read, or is for other bones.
     """
     beside = mapping_path(rig.path)
     if beside.is_file():

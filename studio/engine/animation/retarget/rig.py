@@ -75,7 +75,7 @@ def check_size(path: Path, parents: NDArray[np.int64]) -> None:
     """Refuse a skeleton with no bones, too many bones or too long chains.
 
     Raises:
-        FormatError: with what is there and what is allowed.
+        FormatError: with the number found and the number allowed.
     """
     if len(parents) == 0:
         raise FormatError("rig.no_bone", "{path} has no bone; give a file with a skeleton", path=path)

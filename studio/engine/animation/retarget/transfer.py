@@ -84,7 +84,7 @@ def retargeted(motion: LocalMotion, mapping: Mapping, root_motion: str = "hips")
         root_motion: one of `ROOT_MOTIONS`; `root` moves the rig's root bone, which must be above the hips.
 
     Raises:
-        SettingsError: the motion lacks hips or legs, or the rig lacks the root bone that was asked for.
+        SettingsError: the motion lacks hips or legs, or the rig lacks the requested root bone.
         FormatError: the rig's rest pose cannot be retargeted.
     """
     joints = {role: joint for joint, role in enumerate(motion.roles) if role}

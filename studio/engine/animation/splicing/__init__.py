@@ -1,1 +1,1 @@
-"""Poses that are put together in time: takes spliced, ranges looped, parts that go faster or slower."""
+"""Poses combined in time: spliced takes, looped ranges, retimed parts."""

@@ -1,4 +1,4 @@
-"""Retimed motions: parts go faster or slower, and standing feet stay at their places."""
+"""Retimed motions: parts become faster or slower, and standing feet keep their places."""
 
 from dataclasses import replace
 
@@ -12,13 +12,13 @@ from studio.engine.edits.time_map import TimeMap
 from studio.engine.model.poses import Poses
 
 GAP_FRAMES = 1.5
-"""Frames further apart than this many have a gap between them, which stays."""
+"""Distance of frames [frame periods] above which there is a gap between them, which is kept."""
 
 
 def retimed(poses: Poses, times: TimeMap) -> Poses:
-    """Return poses at the rate they have, in the time of a solve with retimed parts; without any the same object.
+    """Return poses at their own rate, in the time of a solve with retimed parts; without any the same object.
 
-    Joints turn as they do, only at other times, and feet go through the same places.
+    Joints turn as before, only at other times, and feet pass through the same places.
 
     Args:
         poses: in stage time.
@@ -33,7 +33,7 @@ def retimed(poses: Poses, times: TimeMap) -> Poses:
 
 
 def at_solve_times(poses: Poses, times: TimeMap, new_s: NDArray[np.float64]) -> Poses:
-    """Return poses at times of a retimed solve [s], shape (frame_count,), but for those in a gap of the poses."""
+    """Return poses at times of a retimed solve [s], shape (frame_count,), except those in a gap of the poses."""
     stage_s = np.clip(times.stage_s(new_s), poses.time_s[0], poses.time_s[-1])
     after = np.clip(np.searchsorted(poses.time_s, stage_s), 1, poses.frame_count - 1)
     kept = poses.time_s[after] - poses.time_s[after - 1] < GAP_FRAMES / poses.frames_per_second

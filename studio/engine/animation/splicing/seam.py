@@ -1,8 +1,8 @@
-"""Where two parts of a performer's motion meet: the second is put on the first's way, and both are blended.
+"""Seams between two parts of a performer's motion: the second is aligned with the first, and both are blended.
 
 The second part is turned about the vertical and moved over the floor, as a whole, so that heading and place agree
 over the seam on average. Within the seam every joint turns from one part to the other with continuous velocity and
-acceleration, and feet go over in steps (`steps`).
+acceleration, and feet move from one to the other in steps (`steps`).
 """
 
 from dataclasses import dataclass, replace
@@ -22,12 +22,12 @@ from studio.engine.model.poses import Poses
 Array = NDArray[np.float64]
 
 TURNING = ("Hips", "Spine2")
-"""Joints whose mean heading is that of the body: hips and chest turn against each other in a walk."""
+"""Joints whose mean heading is the body's, because hips and chest turn against each other in a walk."""
 
 SAME_M = 1e-6
 
 STRAIGHT = 0.985
-"""Hips come down where a leg would be straighter than this to reach its foot's place."""
+"""Straightness that a leg needs to reach its foot's place, above which the hips are lowered."""
 
 SMOOTH_S = 0.1
 
@@ -39,8 +39,8 @@ class Piece:
     """A part of a motion with its feet.
 
     Attributes:
-        poses: on the skeleton and the way of what they are spliced to.
-        feet: places that the feet are to have [m], shape (frame_count, 4, 3); None = the skeleton has no legs.
+        poses: on the skeleton of the motion that they are spliced to, and aligned with it.
+        feet: target places of the feet [m], shape (frame_count, 4, 3); None = the skeleton has no legs.
         stands: whether the left and the right foot stand, shape (frame_count, 2).
     """
 
@@ -57,13 +57,13 @@ class Piece:
         return cls(poses, feet_of(poses), hold[:, [0, 2]] | hold[:, [1, 3]])
 
     def part(self, rows: slice) -> "Piece":
-        """Return some of its frames."""
+        """Return some frames of the piece."""
         feet = None if self.feet is None else self.feet[rows]
         return Piece(frames_of(self.poses, rows), feet, self.stands[rows])
 
 
 def put_on(first: Piece, second: Piece, count: int) -> Piece:
-    """Return a second piece on the way of a first one, and on its bones: heading and place agree on average over the
+    """Return a second piece aligned with a first one, and on its bones: heading and place agree on average over the
     last `count` frames of the first and the first `count` of the second."""
     before, own = first.poses, second.poses
     angle = _heading(before, slice(-count, None)) - _heading(own, slice(count))
@@ -85,8 +85,8 @@ def put_on(first: Piece, second: Piece, count: int) -> Piece:
 
 
 def _on_bones_of(other: Poses, poses: Poses, feet: Array | None) -> Poses:
-    """Return poses with another one's bones, their hips as high as their feet's places need; the same object where
-    bones are alike."""
+    """Return poses with the bones of `other`, the hips as high as the feet's places need; the same object if the
+    bones are equal."""
     offsets, local = local_keys(poses.parents, poses.positions_m, poses.rotations_wxyz)
     bones = np.median(local_keys(other.parents, other.positions_m, other.rotations_wxyz)[0], axis=0)
     if np.abs(np.median(offsets, axis=0) - bones)[1:].max(initial=0.0) < SAME_M:
@@ -101,7 +101,7 @@ def _on_bones_of(other: Poses, poses: Poses, feet: Array | None) -> Poses:
 
 
 def blended(first: Piece, second: Piece) -> Poses:
-    """Return the seam of two pieces of as many frames each, the second on the way of the first."""
+    """Return the seam of two pieces with equally many frames, the second aligned with the first."""
     count = first.poses.frame_count
     share = smooth_step(np.arange(1, count + 1) / (count + 1.0))
     keys = [
@@ -132,20 +132,19 @@ def blended(first: Piece, second: Piece) -> Poses:
 
 
 def with_feet_at(poses: Poses, feet: Array) -> Poses:
-    """Return poses whose feet are at these places [m], shape (frame_count, 4, 3); the same object where they are."""
+    """Return poses with feet at these places [m], shape (frame_count, 4, 3); the same object if they are there."""
     if np.abs(feet - feet_of(poses)).max(initial=0.0) < SAME_M:
         return poses
     return with_feet_moved(poses, feet - feet_of(poses), soft=False)
 
 
 def _lowered(poses: Poses, feet: Array, straight: Array) -> Poses:
-    """Return poses whose hips come down as far as legs need to reach the feet's places, smoothly over time.
+    """Return poses with the hips lowered as far as the legs need to reach the feet's places, smoothly over time.
 
     Args:
         poses: blended.
         feet: as in `Piece`.
-        straight: how straight the legs are in the parts, shape (frame_count, 2); straighter ones are not asked for,
-            nor bent ones.
+        straight: straightness of the legs in the parts, shape (frame_count, 2); the limit if above `STRAIGHT`.
     """
     too_high = np.zeros(poses.frame_count)
     for k, (hip, _, length) in enumerate(_legs(poses)):
@@ -171,7 +170,7 @@ def _legs(poses: Poses) -> list[tuple[Array, Array, Array]]:
 
 
 def _straight(poses: Poses) -> Array:
-    """How straight legs are, 0..1, shape (frame_count, 2)."""
+    """Straightness of the legs, 0..1, shape (frame_count, 2)."""
     return np.stack(
         [np.linalg.norm(ankle - hip, axis=1) / length for hip, ankle, length in _legs(poses)], axis=1
     )

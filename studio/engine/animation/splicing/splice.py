@@ -1,4 +1,4 @@
-"""Splicing: parts of one performer's motion, one after the other, as one motion."""
+"""Splicing: successive parts of one performer's motion, joined into one motion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.model.poses import Poses
 
 LEAST_FRAMES = 3
-"""Shortest seam, and shortest part beside its seams [frames]."""
+"""Shortest seam, and shortest rest of a part without its seams [frames]."""
 
 MOST_S = 10.0
 
 OTHER_BODY = 0.1
-"""Two skeletons are of two performers if their bones differ by this share."""
+"""Relative difference in bone length above which skeletons are of different performers."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ class Part:
 
 @dataclass(frozen=True)
 class Spliced:
-    """A motion that was put together.
+    """A spliced motion.
 
     Attributes:
-        poses: on the first part's skeleton, way and rate; the first frame is at 0 s.
-        spans_s: of each part, begin and end in its own solve [s], as they were used.
-        seams_s: begin and end of each seam [s].
+        poses: on the first part's skeleton, aligned with it, at its rate; the first frame is at 0 s.
+        spans_s: start and end of each part in its own solve [s], as used.
+        seams_s: start and end of each seam [s].
     """
 
     poses: Poses
@@ -51,20 +51,19 @@ class Spliced:
 
 
 def spliced(parts: Sequence[Part], *, blend_s: float, near_s: float) -> Spliced:
-    """Return parts one after the other: the end of each is blended into the begin of the next.
+    """Return parts one after the other: the end of each is blended into the start of the next.
 
-    Each part is turned about the vertical and moved over the floor onto the way of the one before it. The last
+    Each part is turned about the vertical and moved over the floor to continue the one before it. The last
     `blend_s` of a part and the first `blend_s` of the next are one seam, so the motion is that much shorter.
 
     Args:
         parts: of one performer, with the same joints; rates may differ.
         blend_s: length of each seam [s].
-        near_s: the begin of a part is moved by up to this, to where it is most like the end of the part before;
-            0 = it stays [s].
+        near_s: largest shift of a part's start, to the frame most similar to the end of the part before [s];
+            0 = no shift.
 
     Raises:
-        SettingsError: no part, parts of other joints or of another body, one that is too short, a length that is not
-            allowed.
+        SettingsError: no part, another skeleton or body, a part that is too short, a length that is not allowed.
         FormatError: see `check_poses`.
     """
     if not parts:
@@ -128,8 +127,8 @@ def _rows(poses: Poses, part: Part) -> slice:
 
 
 def _likest(end: Poses, poses: Poses, rows: slice, least: int, near: int) -> int:
-    """The first frame of a part, near that of `rows`, from which it is most like the end of the part before; `least`
-    frames of it are left."""
+    """The start of a part, up to `near` frames from that of `rows`, most similar to the end of the part before; at
+    least `least` frames remain."""
     low = max(rows.start - near, 0)
     high = max(min(rows.start + near, rows.stop - least), low)
     count = end.frame_count

@@ -1,8 +1,8 @@
-"""Feet in a seam: each goes from where it is in the first part to where it is in the second in one step.
+"""Feet in a seam: each moves from its place in the first part to its place in the second in one step.
 
-Before and after its step a foot is where its part has it, so that what stands stays. A foot that stands at different
-places in both parts is lifted on its way. When each foot steps is chosen so that few steps are needed from the
-floor, one foot stands while the other steps, and none is fast.
+Before and after its step a foot is at its place in that part, so that standing feet stay. A foot that stands at
+different places in both parts is lifted on its way. The times of the steps minimise dragging over the floor, frames
+without a standing foot, and acceleration.
 """
 
 from itertools import product
@@ -16,18 +16,18 @@ LEAST_STEP = 0.45
 """Shortest step as a share of the seam."""
 
 LIFT_SHARE, MOST_LIFT_M = 0.3, 0.08
-"""Height of a step from the floor as a share of its way, and at the most [m]."""
+"""Lift of a step as a share of the distance dragged without it, and the largest lift [m]."""
 
 CHOICES = 7
-"""Begins, and ends, of steps that are tried."""
+"""Number of candidates for the start, and for the end, of a step."""
 
 DRAGGED, HANGING, SUDDEN = 1.0, 0.02, 0.004
-"""Costs of a metre dragged over the floor, of a frame in which no foot stands although one does in either part, and
-of each m/s2 of the greatest acceleration."""
+"""Costs of a metre dragged over the floor, of a frame in which no foot stands although one does in both parts, and
+of each m/s2 of the largest acceleration."""
 
 
 def smooth_step(share: Array) -> Array:
-    """Return a step over 0..1 without a jump of velocity or acceleration; less is 0, more is 1."""
+    """Return a step from 0 to 1 over 0..1 with continuous velocity and acceleration, constant outside."""
     t = np.clip(share, 0.0, 1.0)
     return t * t * t * (10.0 + t * (6.0 * t - 15.0))
 
@@ -40,7 +40,7 @@ def steps_between(
     Args:
         first, second: ankle and toe of the left and the right foot in the parts before and after, shape
             (frame_count, 4, 3); the frame before the seam is the first part's, the one after it the second's.
-        stands: which foot stands in each, shape (frame_count, 2).
+        stands: which feet stand in each part, shape (frame_count, 2).
         dt: time between frames [s].
     """
     choices = [_choices(first[:, k : k + 2], second[:, k : k + 2], stands, k // 2, dt) for k in (0, 2)]
@@ -49,12 +49,12 @@ def steps_between(
 
 
 class _Step:
-    """One foot's way through the seam.
+    """One foot's path through the seam.
 
     Attributes:
         path: of ankle and toe [m], shape (frame_count, 2, 3).
         cost: of the foot alone.
-        supports: whether it stands where one of the parts has it, shape (frame_count,).
+        supports: whether it stands at its place in one of the parts, shape (frame_count,).
     """
 
     def __init__(
@@ -95,5 +95,5 @@ def _cost(pair: tuple[_Step, ...], stands: tuple[NDArray[np.bool_], NDArray[np.b
 
 
 def _arc(share: Array) -> Array:
-    """Height over the way of a step, 0..1, smooth at both ends."""
+    """Height over the course of a step, 0..1, smooth at both ends."""
     return 64.0 * (share * (1.0 - share)) ** 3

@@ -1,5 +1,4 @@
-"""Clock drift over a whole take. A walk of half a minute gives a drift to some tens of ppm, which is 0.1 s in an
-hour.
+"""Clock drift over a whole take. A walk of half a minute gives a drift only to some tens of ppm: 0.1 s in an hour.
 
 The rest of the take is divided into windows. In each, calibrated cameras show the same motion, and the joints'
 velocities give the delay between two cameras. The drift is the slope of a robust line through all windows (Theil-Sen:
@@ -24,8 +23,8 @@ WINDOW_S, APART_S, MOST_WINDOWS = 8.0, 10.0, 120
 """Length of a window, shortest step between windows, and their largest number."""
 
 LEAST_S = 60.0
-"""Shortest rest of a take for which clocks are corrected. Each motion has its own delay of a millisecond or two,
-which over a shorter time is worse than the walk's drift.
+"""Shortest rest of a take for which clocks are corrected. Each motion has its own delay of a millisecond or two; over
+a shorter time, that error is larger than the walk's drift.
 """
 
 MOST_LATE_S = 0.12
@@ -40,7 +39,7 @@ _LEAST_MOTION_M_S, _LEAST_ROWS = 0.1, 600
 def follow_clocks(
     calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]], until_s: float | None
 ) -> Calibration:
-    """Return the calibration with clocks that hold for all frames, beyond those that it was found from.
+    """Return the calibration with clocks that hold for all frames, not only for those from which it was found.
 
     Args:
         calibration: of these frames.
@@ -106,7 +105,7 @@ def through(clock: ClockModel, right_s: float, drift: float) -> ClockModel:
 
 
 def _between(frames: Sequence[CameraFrame], clock: ClockModel, start_s: float) -> Track:
-    """A camera's frames of the window that begins at a stage time [s], with half a second more on both sides."""
+    """Return a camera's frames of the window that begins at a stage time [s], and of half a second on both sides."""
     ends = (
         bisect_left(frames, round(stage_s * 1e9), key=lambda frame: clock.stage_ns(frame.device_time_ns))
         for stage_s in (start_s - 0.5, start_s + WINDOW_S + 0.5)
@@ -117,7 +116,7 @@ def _between(frames: Sequence[CameraFrame], clock: ClockModel, start_s: float) -
 def _late_s(
     tracks: tuple[Track, Track], cameras: tuple[CameraCalibration, CameraCalibration], start_s: float
 ) -> float | None:
-    """Delay of the second camera's motion relative to its clock [s]; None where unknown."""
+    """Return the delay of the second camera's motion relative to its clock [s]; None where unknown."""
     if min(len(track.times_s) for track in tracks) < 2:
         return None
     stage_s = np.arange(start_s, start_s + WINDOW_S, 1.0 / GRID_HZ)
@@ -144,7 +143,7 @@ def _late_s(
 def _seen(
     track: Track, camera: CameraCalibration, stage_s: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Joints [m] and their velocities [m/s] in the stage frame at stage times, shapes (instant_count, 21, 3)."""
+    """Return joints [m] and velocities [m/s] in the stage frame at stage times, shapes (instant_count, 21, 3)."""
     times_s = device_s(camera.clock, stage_s, track.epoch_ns)
     joints = unbiased(sample(track, times_s)[0], camera.depth_bias_m)
     T = camera.T_stage_camera
@@ -152,8 +151,8 @@ def _seen(
 
 
 def _step_s(off: NDArray[np.float64], moving: NDArray[np.float64]) -> float | None:
-    """Time by which joints are early [s], from their lead [m] and their velocity [m/s], shapes (instant_count, 21,
-    3).
+    """Return the time by which joints are early [s], from their lead [m] and their velocity [m/s], shapes
+    (instant_count, 21, 3).
 
     The constant part of a joint's lead is the cameras' disagreement about its place, and is removed.
     """

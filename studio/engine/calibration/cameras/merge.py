@@ -14,7 +14,7 @@ from studio.engine.calibration.cameras.swaps import exchange
 _OUTLIER_M = 0.15
 _OUTLIER_WINDOW = 15
 _SURE = 0.3
-"""A joint is sure from this share of its usual weight; a joint that all cameras see hidden has a sixteenth."""
+"""A joint is sure from this share of its usual weight; a joint that is hidden from all cameras has a sixteenth."""
 
 
 @dataclass(frozen=True)

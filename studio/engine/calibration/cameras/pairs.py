@@ -120,5 +120,5 @@ def grid(reference: Track, hz: float = GRID_HZ) -> NDArray[np.float64]:
     steps = np.floor(reference.times_s * hz).astype(np.int64)
     near = np.unique(
         np.concatenate([steps, steps + 1])
-    )  # a clock that jumped gives a gap instead of a million instants
+    )  # a jump of the clock gives a gap instead of a million instants
     return near[near <= reference.times_s[-1] * hz + 1e-6] / hz

@@ -1,8 +1,8 @@
 """All cameras' transforms and clocks and the depth bias at once: robust Gauss-Newton over every camera pair.
 
-The residual of a joint that two cameras see is its distance between them in the reference camera's frame,
-weighted with both cameras' noise (`noise`), which is larger along rays and far away. Unknowns are,
-per camera except the reference, rotation, translation, clock offset and drift, and one depth bias of all cameras.
+The residual of a joint that two cameras see is the distance between its two places in the reference camera's frame,
+weighted with both cameras' noise (`noise`), which is larger along rays and far away. The unknowns are rotation,
+translation, clock offset and drift of each camera except the reference, and one depth bias of all cameras.
 """
 
 from dataclasses import dataclass, replace
@@ -77,12 +77,12 @@ def refine(
         tracks: the cameras, the reference first.
         start: their first placements; the reference's is fixed.
         instants_s: times on the reference's clock [s], shape (instant_count,).
-        swapped: where left and right are exchanged, shape (camera_count, instant_count).
+        swapped: where left and right are swapped, shape (camera_count, instant_count).
         depth_bias_m: first value of the bias.
         fit_clocks: whether a camera's clock is unknown, shape (camera_count,).
         fit_bias: whether the depth bias is unknown.
         offsets_m: added to the cameras' joints in the reference camera's frame [m], shape (camera_count,
-            instant_count, 21, 3); left and right as after the exchange.
+            instant_count, 21, 3); left and right as corrected.
 
     Source: Nocedal and Wright, "Numerical optimization", chapter 10 (Gauss-Newton); weights of Geman and
     McClure as in `rigid.fit_robust`; scale per joint and camera pair from the median of the residuals.
@@ -232,7 +232,7 @@ def _add_bias_prior(
 
 
 def _solve(hessian: NDArray[np.float64], gradient: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the Gauss-Newton step, with scaled unknowns; unobserved ones do not change."""
+    """Return the Gauss-Newton step, with scaled unknowns; unobserved unknowns do not change."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(hessian), 1e-12))
     scaled = hessian * scale[:, None] * scale[None, :] + 1e-9 * np.eye(len(hessian))
     return -scale * np.linalg.solve(scaled, scale * gradient)

@@ -28,7 +28,7 @@ class RigidFit:
 def middle_points(positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the trunk's joints and the middles of left and right joints, shape (..., 13, 3).
 
-    They do not change if the camera exchanges left and right.
+    They do not change if the camera swaps left and right.
     """
     return ((positions + positions[..., MIRROR, :]) / 2)[..., _CENTRE, :]
 

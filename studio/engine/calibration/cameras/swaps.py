@@ -1,4 +1,4 @@
-"""Frames in which a camera exchanged left and right, found by comparing the cameras with each other."""
+"""Frames in which a camera swapped left and right, found by comparing the cameras with each other."""
 
 from itertools import combinations, product
 
@@ -11,7 +11,7 @@ _LATERAL = np.flatnonzero(MIRROR != np.arange(len(MIRROR)))
 _CAP_M = 0.3
 """Largest distance that a single joint contributes."""
 _MARGIN_M = 0.02
-"""Smallest mean gain of an exchange, so that legs held together do not flicker."""
+"""Smallest mean gain of a swap's correction, so that legs held together do not flicker."""
 
 
 def _costs(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -22,7 +22,7 @@ def _costs(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64
 
 
 def find_swaps(positions: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return the cameras whose left and right are to be exchanged so that all agree with the first camera.
+    """Return where each camera's left and right are to be exchanged, so that all agree with the first camera.
 
     The assignment with the lowest cost is taken at every instant.
 

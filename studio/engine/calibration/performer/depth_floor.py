@@ -15,7 +15,7 @@ _UP = np.array([0.0, -1.0, 0.0])
 
 MAX_TILT_DEG = 8.0
 MAX_HEIGHT_M = 0.15
-"""A plane further from the one under the feet is not the floor, but a table, a bed or a step."""
+"""A plane farther than this from the one under the feet is not the floor, but a table, a bed or a step."""
 
 
 def seen_floors(

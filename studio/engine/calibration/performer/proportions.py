@@ -20,7 +20,7 @@ _CENTRE = ("spine", "chest", "neck", "head")
 _TRUNK = (*_CENTRE, "left_shoulder", "right_shoulder", "left_hip", "right_hip")
 _MIN_SAMPLES = 20
 _SURE = 0.25
-"""A joint counts as sure from this share of the usual weight; hidden joints have a sixteenth."""
+"""A joint counts as sure from this share of the usual weight; a hidden joint has a sixteenth of it."""
 
 
 def measure(walk: Walk) -> Performer | None:
@@ -130,7 +130,7 @@ def _trunk_positions(walk: Walk) -> NDArray[np.float64]:
     axes = np.stack([x, np.cross(z, x), z], axis=1)  # rows are the trunk's axes
     toes = [joints[:, INDEX[f"{side}_toe"]] - joints[:, INDEX[f"{side}_ankle"]] for side in ("left", "right")]
     toes = np.where(np.isfinite(toes), toes, 0.0).sum(axis=0)
-    exchanged = (toes * axes[:, 1]).sum(axis=1) > 0  # toes that point backwards: left and right are exchanged
+    exchanged = (toes * axes[:, 1]).sum(axis=1) > 0  # toes that point backwards: left and right are swapped
     from_hips = joints - joints[:, :1]
     from_hips[exchanged] = from_hips[exchanged][:, MIRROR]
     axes[exchanged, :2] *= -1

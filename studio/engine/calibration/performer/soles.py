@@ -21,10 +21,10 @@ DROP_RANGE = (0.10, 0.60)
 
 STAND_SPEED_M_S = 0.25
 OTHER_FOOT_M = 0.04
-"""A foot stands if ankle and toe are slower than the first, and at most the second higher than the other foot's."""
+"""A foot stands if ankle and toe are slower than the first, and above the other foot's by at most the second."""
 
 LEAST_SHARE = 0.4
-"""Smallest share of flat instants of a standing foot; a dancer on her toes is not measured."""
+"""Minimum share of a standing foot's instants in which it is flat; a dancer on her toes is not measured."""
 
 SIDES = ("left", "right")
 LEAST_INSTANTS = 30
@@ -43,7 +43,7 @@ def on_soles(performer: Performer, walk: Walk, *, lowest: bool = False) -> Perfo
     """Return the performer with the heights of feet as they stand in a walk; unchanged if no foot is flat.
 
     Both sides are the same, and bones keep their lengths. A toe's bone is turned until it drops from the ankle as far
-    as in standing, and the T-pose is raised until its ankles are as high as standing ones.
+    as in a standing foot, and the T-pose is raised until its ankles are as high as standing ones.
 
     Args:
         walk: in the stage frame, the floor at z = 0.

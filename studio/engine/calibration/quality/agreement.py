@@ -27,11 +27,11 @@ def disagreements(
     *,
     from_s: float | None = None,
 ) -> dict[str, list[Span]]:
-    """Return by camera the spans, in stage time [s], in which its joints were over 6 cm from the other cameras' over
-    5 s.
+    """Return by camera the spans, in stage time [s], in which its joints were over 6 cm from the other cameras' in
+    blocks of 5 s.
 
-    The threshold is that of the live watch, because a body that bends shows its cameras different sides, and differs
-    by up to 5 cm. Of two cameras both have the same spans: the joints do not show which one differs.
+    The threshold is that of the live watch: a bending body shows its cameras different sides, which differ by up to
+    5 cm. Two cameras have the same spans, because the joints do not show which one is wrong.
 
     Args:
         calibration: places the cameras; cameras that it lacks are left out.
@@ -73,7 +73,7 @@ def without_named(
     frames: Mapping[str, Sequence[CameraFrame]],
     disagrees: Mapping[str, Sequence[Span]],
 ) -> dict[str, Sequence[CameraFrame]]:
-    """Return the frames, without each camera's own in the spans in which it disagrees.
+    """Return each camera's frames without those in the spans in which it disagrees.
 
     With three cameras, one of which was moved by 5 to 10 cm, this keeps poses within 11 mm of those without the move
     instead of 36 to 39 (jumping jacks).
@@ -94,7 +94,7 @@ def agreement_figures(disagrees: Mapping[str, Sequence[Span]], begin_s: float) -
 
     Args:
         disagrees: by camera, as `disagreements` returns them.
-        begin_s: stage time from which the line counts seconds: the solve's first frame.
+        begin_s: stage time of the solve's first frame, from which the line counts seconds.
     """
     told = {name: spans for name, spans in disagrees.items() if spans}
     if len(disagrees) == 2 and told:

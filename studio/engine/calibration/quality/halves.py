@@ -1,8 +1,8 @@
 """Agreement of the transforms of two halves of a walk: each camera fitted on even and on odd 5 s blocks.
 
-The halves test transforms only: clocks, the depth bias and each camera's placing of a joint by heading are taken from
-the whole walk. A tracker that sees a side of the body places its joints some
-centimetres away from one that sees the front, so a half that shows other sides would differ for that reason.
+The halves test transforms only: clocks, the depth bias and each camera's joint offsets by heading come from the whole
+walk. A tracker that sees a side of the body places its joints some centimetres away from one that sees the front, so
+halves that show different sides would differ for that reason.
 """
 
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ def compare_halves(
     Args:
         tracks: the cameras, the reference first; whole: their placement by the whole walk.
         times_s: instants on the reference's clock [s], shape (instant_count,).
-        swapped: where left and right are exchanged, shape (camera_count, instant_count).
+        swapped: where left and right are swapped, shape (camera_count, instant_count).
         walk: at these instants, in the stage frame.
         T_stage: stage <- reference.
     """

@@ -8,14 +8,14 @@ from studio.engine.model.joints import INDEX
 
 _MIN_FEET = 200
 _MIRRORED_SHARE = 0.58
-"""Threshold: seen from behind, left and right are exchanged half of the time at most; in front never."""
+"""Threshold. Left and right are swapped at most half of the time seen from behind, and never seen from the front."""
 
 
 def mirrored_bodies(walk: Walk, up: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which cameras show mirrored bodies, shape (camera_count,); False where too few toes were seen.
 
-    A stream that is mirrored and also has left and right exchanged shows a possible body and cannot be detected
-    alone; `rigid.mirrored` compares it with the other cameras.
+    A mirrored stream whose left and right are also swapped shows a possible body, so it cannot be detected alone;
+    `rigid.mirrored` compares it with the other cameras.
 
     Args:
         walk: the calibration part in any one frame.

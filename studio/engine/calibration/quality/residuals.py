@@ -46,13 +46,13 @@ def residuals(
 ) -> Residuals:
     """Return the distances of a camera's joints from the reference's of the same name, at common instants.
 
-    Median and 95 % include every joint that both report, also outliers, unsure joints and frames in which a
-    camera exchanged left and right. The depth bias is corrected in them, because it is part of the calibration.
+    Median and 95 % include every joint that both report, also outliers, uncertain joints and frames in which a camera
+    swapped left and right. The depth bias is corrected in them, because it is part of the calibration.
 
     Args:
         tracks, cameras: the reference and the camera, in this order.
         times_s: instants on the reference's clock [s], shape (instant_count,).
-        swapped: where the camera's left and right are exchanged, shape (instant_count,).
+        swapped: where the camera's left and right are swapped, shape (instant_count,).
         depth_bias_m: the calibration's.
     """
     here, there = (

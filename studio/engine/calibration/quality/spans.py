@@ -54,8 +54,8 @@ class Shifts:
     def steps(self) -> list[list[Span]] | None:
         """Return every camera's spans if a camera was moved once, in whole blocks; None if none was.
 
-        A camera that was moved in the middle differs by half of the move on either side, and no block can tell the
-        sides apart.
+        A camera that was moved in the middle differs by half of the move before and after it, so no block shows which
+        side is wrong.
         """
         found = [self._step(camera) for camera in range(self._count)]
         largest = max((step.metres for step in found if step is not None), default=0.0)

@@ -1,4 +1,4 @@
-"""An ordinary camera next to depth cameras, placed by the skeleton that those see.
+"""An ordinary camera next to depth cameras, placed by the skeleton that the depth cameras see.
 
 The network's guesses of the body, under one common rotation, give direction and clock. The pixels then give the
 place, by linear least squares. A robust adjustment of place, direction, focal length, distortion and clock follows.
@@ -85,7 +85,7 @@ def place_beside(
     uncertain = _uncertain(found, covariance, track.known)
     rests = rests_of(rest, weight, depth_m, focal)
     facts = ViewFacts(
-        rests=replace(rests, mean_mrad=rests.median_mrad),  # the mean includes hidden and exchanged joints
+        rests=replace(rests, mean_mrad=rests.median_mrad),  # the mean includes hidden and swapped joints
         uncertain=uncertain,
         focal_sought=not track.known,
         knees=knees_seen(view, track),
@@ -108,7 +108,7 @@ def place_beside(
 
 
 def _turned(track: ViewTrack, times_s: Array, joints: Array) -> tuple[float, Array | None]:
-    """Return the similarity of guessed bodies and joints, 0..1, and the one rotation (to the camera) between them."""
+    """Return the similarity of guessed bodies and joints, 0..1, and their common rotation (to the camera)."""
     rows, near = nearest(track, times_s)
     hips = joints[:, [NUMBER["left_hip"], NUMBER["right_hip"]]].mean(axis=1, keepdims=True)
     both = track.seen[rows] & near[:, None] & np.isfinite(joints[..., 0]) & np.isfinite(hips[..., 0])

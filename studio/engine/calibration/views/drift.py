@@ -30,7 +30,7 @@ JUMP_S, LONGEST_S = 0.04, 1.0
 """Smallest and largest jump of a clock that is found."""
 
 _EDGE_S, _STEP_S = 0.5, 0.106
-"""Time left out at either end, and step between instants: no multiple of frame periods, as in `starting.first`."""
+"""Time left out at both ends; step between instants, no multiple of frame periods, as in `starting.first`."""
 _ROUNDS, _SETTLED_S, _MOST_STEP_S = 10, 0.001, 0.1
 _LEAST_FRAMES, _LEAST_ROWS, _LEAST_WINDOWS = 20, 200, 4
 _CAUCHY = 2.0
@@ -245,6 +245,6 @@ def _step(rig: CameraRig, samples: list[Sample], joints: Array) -> tuple[Array, 
 
 
 def _about_mean(values: Array, weight: Array) -> NDArray[np.float64]:
-    """Return values, shape (instant_count, 17, 2), minus each joint's weighted mean: constant errors are no delay."""
+    """Return values, shape (instant_count, 17, 2), minus each joint's weighted mean; constant errors are no delay."""
     w = weight[..., None]
     return values - (values * w).sum(axis=0) / np.maximum(w.sum(axis=0), 1e-12)

@@ -28,8 +28,8 @@ def estimate_views(
     height_m: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Residuals]:
-    """Return the distance of each camera's landmarks from the joints that all cameras find together, across the line
-    of sight and in pixels; cameras that cannot be placed yet are left out.
+    """Return the distances of each camera's landmarks from the joints that all cameras place together, across the
+    line of sight and in pixels; cameras that cannot be placed yet are left out.
 
     Args:
         frames: see `can_estimate`; in device time order, each on its own clock.

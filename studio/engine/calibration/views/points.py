@@ -17,13 +17,13 @@ _NEAR_NS = 40_000_000
 """Largest time from an instant to another camera's frame that counts for it."""
 
 _TOLD_BY_DEPTH = [INDEX["hips"], INDEX["neck"]]
-"""Joints that no picture shows: next to depth cameras, they are taken from those alone."""
+"""Joints that no picture shows; next to depth cameras, only these give them."""
 
 
 def with_points(
     calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]]
 ) -> dict[str, list[CameraFrame]]:
-    """Return the calibrated cameras' frames; frames of pictures get `positions`, in their camera's frame.
+    """Return the calibrated cameras' frames; frames of cameras without depth get `positions`, in their own frame.
 
     A joint that the cameras cannot place together is unseen. A single camera gets the guess from its picture.
 

@@ -33,8 +33,8 @@ def to_stage(
         height_m: the performer's; None = the usual one.
 
     Returns:
-        T_stage_frame, the factor by which points must be multiplied before it, the canonical joints on the stage [m],
-        shape (instant_count, 21, 3), and the performer.
+        T_stage_frame; the factor by which points are multiplied before it is applied; the canonical joints on the
+        stage [m], shape (instant_count, 21, 3); the performer.
     """
     whole = canonical(joints)
     size = 1.0

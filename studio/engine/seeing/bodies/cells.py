@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 FAR_M = 0.5
 """Distances from bodies are clipped at this [m]."""
 SEED_M, MARGIN_M = 0.07, 0.04
-"""A cell this near to a body, and farther from all others by the second, seeds that body's growing region [m]."""
+"""A cell seeds a body's region if it is nearer to it than the first, and farther from others by the second [m]."""
 
 
 class PlacedBodies(NamedTuple):
@@ -97,8 +97,8 @@ def distances_of(points, cells, placed):
 
 @compiled
 def shared_out(depth, labels, cells, distance, seed_m, margin_m):
-    """Return the body that owns each cell, shape (cell_count,): the one the cell is surely near, else the owner of
-    the nearest such cell over the surface, else the body nearest to the cluster.
+    """Return the body that owns each cell, shape (cell_count,): a seed's own body; for other cells the body of the
+    nearest seed along the surface, else the body nearest to the cluster's remaining cells.
 
     Args:
         cells: rows and columns, shape (cell_count, 2).

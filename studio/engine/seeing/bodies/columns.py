@@ -1,5 +1,5 @@
-"""Separation of people in one cluster: they touch, so the image does not separate them. A person's legs, trunk and
-head are above each other, unlike arms, so a person is a high column over the floor.
+"""Separation of people who touch and so form one cluster. A person's legs, trunk and head are above each other,
+unlike arms, so a person is a high column over the floor.
 """
 
 import numpy as np
@@ -53,7 +53,7 @@ def apart(points: Array, depth: Array, clusters: Clusters, cell_angle: float) ->
 
 
 def standing_in(points: Array, width_m: Array) -> Array:
-    """Return where people stand, x and y [m], shape (person_count, 2), the best seen one first.
+    """Return where people stand, x and y [m], shape (person_count, 2), the best visible person first.
 
     Args:
         points: of one cluster [m], shape (point_count, 3). width_m: of their cells, shape (point_count,).

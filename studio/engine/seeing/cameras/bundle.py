@@ -28,18 +28,18 @@ from studio.engine.seeing.fitting.surface import match_points, offsets_from
 Array = NDArray[np.float64]
 
 PLACE_SD_M, TURN_SD_RAD = 0.01, float(np.radians(0.4))
-"""Standard deviation of given camera poses, on each axis: boards and tapes err by a few millimetres and tenths of a
-degree, and some people measure worse."""
+"""Standard deviation of given camera poses on each axis. Boards and tapes err by a few millimetres and tenths of a
+degree; some measurements are worse."""
 _MOST_STEPS = 25
 _STILL = 1e-4
-"""Largest movement or turn of a camera in a last step [m, rad]."""
+"""Steps end when no camera moves or turns by more than this [m, rad]."""
 _REACH_M = 0.05
 """Distance at which a point's weight has fallen to a quarter."""
 _FRAME_SHARE = 0.2
 """Weight of an instant, because errors of instants are correlated."""
 _FLOOR_SD_M, _FLOOR_REACH_M = 0.01, 0.05
 _STEADY = 5.0
-"""Information that holds every angle at its last value in a step [1/rad2]."""
+"""Information that draws every joint angle to its last value in a step [1/rad2]."""
 _LONGEST = 0.2
 """Largest step of a pose [m, rad]."""
 _SHAPE_STEP = 0.05
@@ -152,8 +152,8 @@ class _Bundle:
     def _rows(
         self, pose: Pose, points: MeasuredPoints, slopes: list[BodyShape]
     ) -> tuple[Array, Array, Array, Array]:
-        """Return by point the derivatives by the pose and by the cameras' movements and the shape, the residual [m],
-        and the weight [1/m2]."""
+        """Return for each point the derivatives by the pose, those by the cameras' movements and the shape, the
+        residual [m], and the weight [1/m2]."""
         chain, surface, cameras = self._fitter.chain, self._figure.surface, points.camera
         seen = self._placed(points)
         places, _, axes, origins, frames = self._fitter.place(self._figure, pose)

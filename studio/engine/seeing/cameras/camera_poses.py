@@ -136,7 +136,7 @@ def _move(seen: Array, places: Array, normals: Array, T: Array, floor: Array | N
 
 
 def _judged(camera: CameraCalibration, residual_m: float | None) -> CameraCalibration:
-    """Return the camera, judged by its points' distance from the body if the skeletons lacked only spread."""
+    """Return the camera, judged by its points' distance from the body if all its reasons are `_SPREAD_REASONS`."""
     if residual_m is None:
         return camera
     left = tuple(reason for reason in camera.reasons if not reason.startswith(_SPREAD_REASONS))

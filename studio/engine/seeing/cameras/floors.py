@@ -14,8 +14,7 @@ _AHEAD_M, _ASIDE_M = (1.5, 4.0), (1.0, -1.0)
 
 
 def floor_of(frames: Iterable[DepthFrame], name: str, camera: DepthCamera) -> Array | None:
-    """Return a camera's floor in its own frame, (unit normal, offset), from its first image; None where it shows
-    none."""
+    """Return a camera's floor in its own frame, (unit normal, offset), from its first image; None = not found."""
     image = next((frame for frame in frames if frame.camera == name), None)
     if image is None:
         return None

@@ -86,7 +86,7 @@ def refine_cameras(
         frames: of one or several parts of the take, of all cameras in order of stage time.
         cameras: intrinsics by name, of two cameras or more.
         calibration: places and clocks as given.
-        tracked: receives each frame of the camera `points` once tracked, and the present estimate of the performer.
+        tracked: receives each tracked frame of the camera `points`, and the current estimate of the performer.
     """
     names = list(cameras)
     given = np.stack([calibration.cameras[name].T_stage_camera for name in names])

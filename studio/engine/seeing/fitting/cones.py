@@ -2,11 +2,11 @@
 
 Lengths and radii are shares of stature. Sources: ANSUR: Gordon et al., "2012 Anthropometric Survey of U.S. Army
 Personnel", NATICK/TR-15/007, 2014, means of men and women; lengths of bones are those of `calibration.proportions`
-(Drillis & Contini 1966). Joint centres have their depth under the skin from the literature: the hip joints 0.104
+(Drillis & Contini 1966). The depth of joint centres under the skin is from the literature: the hip joints 0.104
 apart (Bell, Pedersen & Brand 1990) and in front of the middle of the pelvis's depth; the humeral head's middle a
 centimetre inside the acromion's edge (half of the biacromial breadth, 0.115, ANSUR; Nyffeler et al., "Association of
-a large lateral extension of the acromion with rotator cuff tears", JBJS 2006). Upper arms and forearms
-reach from joint centre to joint centre: de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters",
+a large lateral extension of the acromion with rotator cuff tears", JBJS 2006). Upper arms and forearms reach from
+joint centre to joint centre: de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters",
 J. Biomechanics 29, 1996, means of men and women.
 """
 
@@ -64,7 +64,7 @@ _SHOULDER_HALF_WIDTH = 0.110
 class Cone:
     """A rounded cone on a body: its ends from the body's joint and its radii, as shares of stature.
 
-    `flat` is its extent along `across` (in the T-pose) divided by that perpendicular to it.
+    `flat` is its extent along `across` (in the T-pose) divided by its extent perpendicular to that.
     """
 
     body: str
@@ -97,7 +97,7 @@ _LEFT_AND_RIGHT = (
     Cone("LeftUpLeg", (0.000, 0.004, -0.010), (0.0, 0.0, -0.245), 0.051, 0.034, "leg_girth"),
     Cone("LeftLeg", (0.000, 0.000, 0.000), (0.0, 0.006, -0.080), 0.033, 0.0335, "leg_girth"),
     Cone("LeftLeg", (0.000, 0.006, -0.080), (0.0, 0.002, -0.235), 0.0335, 0.0195, "leg_girth"),
-    # Foot: 0.153 long, 0.058 broad (ANSUR); the ankle a quarter of its length before the heel.
+    # Foot: 0.153 long, 0.058 broad (ANSUR); the ankle a quarter of its length in front of the heel.
     Cone("LeftFoot", (0.0, 0.018, -0.020), (0.0, -0.060, -0.024), 0.021, 0.023, "leg_girth", 1.5),
     Cone("LeftFoot", (0.0, 0.000, -0.004), (0.0, -0.040, -0.020), 0.020, 0.016, "leg_girth"),
     Cone("LeftToeBase", (0.0, 0.0, 0.002), (0.0, -0.028, -0.002), 0.023, 0.018, "leg_girth", 1.7),
@@ -165,7 +165,7 @@ head."""
 
 
 def _scales(shape: Array) -> dict[str, float]:
-    """Scales by name of `SHAPE`, and of the halves of arms and legs, whose sum is constant."""
+    """Return the scales by name of `SHAPE`, and of the halves of arms and legs, whose sum is constant."""
     scale = dict(zip(SHAPE, np.exp(shape), strict=True))
     out = {
         name: float(value * (1.0 if name == "height" else scale["height"])) for name, value in scale.items()
@@ -228,7 +228,7 @@ _LENGTH_KEYS = {"Spine": "trunk", "Spine1": "trunk", "Spine2": "trunk", "LeftSho
 
 
 def _axis_keys(cone: Cone) -> tuple[str, str, str]:
-    """The scales of a cone's axis along x, y and z."""
+    """Return the scales of a cone's axis along x, y and z."""
     length = _LENGTH_KEYS.get(cone.body.replace("Right", "Left"), "height")
     if cone.body.endswith("Shoulder"):
         return length, cone.girth, cone.girth

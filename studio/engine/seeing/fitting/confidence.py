@@ -6,14 +6,13 @@ bone before it, unexplained points near it, and the limb's present and recent re
 fits on simulated tuning performers and random bodies like them, seen by one, two and three cameras. The first fit
 uses motions on which no reported figures are measured. The second uses tuning performers in wide clothes in front of
 one camera, who begin in profile (the motion 14_08, which `bars` measures with other performers).
-The threshold comes from `fit_confidence` among the tests, whose runs were not used for the slopes; it fits slopes as
-well, and says why those are not in use.
-The trunk's joints have the covariance and the model's own error.
+The threshold comes from `fit_confidence` among the tests, whose runs were not used for the slopes; it also fits
+slopes, and says why those are not used. The trunk's joints have the covariance's error and the model's own.
 
 Three things set a lower bound on the error, whatever the regression says: missing readings on either side of a joint,
-another pose found for the same images, and a limb whose other joints are unknown. Another pose is the one before the
-body was restarted, or one that explains the first images nearly as well. Joints that the points do not determine have
-a lower bound too; see `search.bones`.
+another pose found for the same images, and a limb whose other joints are unknown. The other pose is the one before
+the restart of the body, or one that explains the first images nearly as well. Joints that the points do not determine
+have a lower bound too; see `search.bones`.
 """
 
 from typing import NamedTuple
@@ -40,7 +39,7 @@ _CAP_M, _ABOUT_M = 0.15, 0.20
 _HIDDEN_M = (-0.4, 0.6)
 
 _UNREAD_M, _HALF_UNREAD_M = 0.12, 0.10
-"""Least expected error of a joint without readings on either side, and of one that lacks them on one side [m]."""
+"""Minimum expected error of a joint that lacks readings on both sides, and of one that lacks them on one side [m]."""
 _CHAIN_SHARE = 0.7
 """Least expected error of a wrist or ankle relative to the mean of its limb's other joints."""
 
@@ -144,8 +143,8 @@ def expected_errors(chain: Chain, joints: Array, variance: Array, seen: BodyEvid
 def _unread_errors(chain: Chain, unread: NDArray[np.bool_]) -> Array:
     """Return the least errors of the joints of `LIMB_JOINTS` due to missing readings [m], shape (12,).
 
-    A joint lies between two bones and needs readings next to it on both. The trunk says little of shoulders and hips,
-    which need readings along their own bone; hands and feet say little of wrists and ankles.
+    A joint lies between two bones and needs readings next to it on both. The trunk says little about shoulders and
+    hips, which need readings along their own bone; hands and feet say little about wrists and ankles.
     """
     body = CANONICAL_BODIES[LIMB_JOINTS]
     near, far = unread[body].T

@@ -55,7 +55,7 @@ class MeasuredPoints(NamedTuple):
         return cls(nothing, nothing, nothing, np.zeros(0, np.int64))
 
     def some(self, which: NDArray[np.bool_]) -> "MeasuredPoints":
-        """Return those of `which`, shape (point_count,)."""
+        """Return the points of `which`, shape (point_count,)."""
         return MeasuredPoints(self.places[which], self.views[which], self.normals[which], self.camera[which])
 
 
@@ -136,7 +136,7 @@ class FitRows(NamedTuple):
 
 
 def free_samples(surface: Surface, *, whole: bool = True) -> Array:
-    """Return the places on the axes of the limbs and, for a whole body, of the head that are tested for free space:
+    """Return the places that are tested for free space, on the axes of the limbs and, for a whole body, of the head:
     cone, share, shape (n, 2).
     """
     samples = []
@@ -277,7 +277,7 @@ class Fitter:
 
 
 def part_dofs(limits: Limits) -> dict[str, NDArray[np.bool_]]:
-    """Return by part the tangent steps that move only that limb, shape (6 + dof_count,)."""
+    """Return, by part, which tangent steps move only that limb, shape (6 + dof_count,)."""
     out = {}
     for part in PARTS[1:]:
         side, limb = part.split("_")

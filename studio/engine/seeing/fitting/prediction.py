@@ -21,7 +21,7 @@ badly. The angular velocity is therefore smoothed but not damped, so that the bo
 _HEADING_CHANGE, _SMOOTHED = 0.03, 0.7
 """Standard deviation of the heading per frame [rad]; share of the earlier velocity that is kept."""
 _POSTURE_SPREAD = 2.0
-"""Standard deviation of a posture from rest, in usual spreads, without points."""
+"""Standard deviation of a posture from rest if there are no points, in usual spreads."""
 
 
 class PosePredictor:

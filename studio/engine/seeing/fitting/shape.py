@@ -1,7 +1,7 @@
 """The performer's shape, estimated together with the pose during tracking.
 
 Lengths and girths are unknowns of the same least squares as the pose, with a prior from anthropometry. The
-information of all frames is added; since errors are correlated between frames, a frame counts as a part of one. A
+information of all frames is added. Errors are correlated between frames, so each counts as a fraction of a frame. A
 T-pose shows widths, girths and whole limbs; the places of elbows and knees become known once they bend.
 """
 
@@ -17,7 +17,7 @@ from studio.engine.seeing.images.silhouette import Silhouette
 Array = NDArray[np.float64]
 
 SHAPE_STEP = 0.01
-"""Change of a shape parameter for which a slope is taken."""
+"""Change of a shape parameter from which its slope is computed."""
 _FRAME_SHARE = 0.05
 """Weight of a frame relative to an independent one."""
 _REFRESH = 20

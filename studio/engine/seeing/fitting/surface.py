@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 PART_COUNT = len(PARTS)
 
 FAR_M = 0.40
-"""Points further from the body than this have no match [m]."""
+"""Points farther than this from the body have no match [m]."""
 NORMAL_COST_M2 = 0.05**2
 """Penalty on the squared distance for a surface that faces the other way than the measured one [m2]."""
 
@@ -154,7 +154,7 @@ def offsets_from(points, views, cones, surface, origins, frames):
 
 @compiled
 def points_cost(points, views, normals, elsewhere, surface, origins, frames, cones, cap):
-    """Return the sum of the points' clipped squared distances to the nearer of limb and rest, per candidate."""
+    """Return the sum of the points' clipped squared distances to limb or rest, whichever is nearer, per candidate."""
     costs = np.zeros(len(origins))
     all_origins = np.zeros((len(surface.body), 3))
     all_frames = np.zeros((len(surface.body), 3, 3))

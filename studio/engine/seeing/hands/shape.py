@@ -1,7 +1,7 @@
 """Open hand or fist by the shape of the hand's part of the depth image.
 
-The input of small convolutional networks is a `HandWindow` in units of the forearm, so that size and distance
-cancel; their mean output is the log-odds of open. The weights, `shape.npz`, come from simulated hands:
+Small convolutional networks take a `HandWindow` in units of the forearm, so that size and distance cancel. Their mean
+output is the log-odds of an open hand. The weights, `shape.npz`, come from simulated hands:
 `python -m studio.simulator.training.hand_training` recreates them.
 """
 

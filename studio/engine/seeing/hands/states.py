@@ -87,6 +87,6 @@ class HandStates:
 
 
 def _forgotten(open_probability: float, dt: float) -> float:
-    """The probability after a time without evidence; it approaches one half."""
+    """Return the probability after a time without evidence; it approaches one half."""
     kept = math.exp(-2.0 * _CHANGES_PER_S * dt)
     return UNKNOWN + kept * (open_probability - UNKNOWN)

@@ -83,7 +83,7 @@ def hand_window(
     grid = place + forearm_px * (_PLACES[:, None, None] * axis + _PLACES[None, :, None] * side)
     filled, nearer_m, missing = sampled(depth_mm, grid, distance_m, _BAND * forearm_m)
     core = filled[_CORE]
-    if core.sum() > _LEAST_CORE:  # next to its tracked place
+    if core.sum() > _LEAST_CORE:  # the hand may lie beside its tracked place
         shift = np.clip((core @ _PLACES).sum() / core.sum(), -_MOST_ASIDE, _MOST_ASIDE)
         grid = grid + forearm_px * shift * side
         filled, nearer_m, missing = sampled(depth_mm, grid, distance_m, _BAND * forearm_m)

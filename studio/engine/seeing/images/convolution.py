@@ -18,8 +18,8 @@ class Convolution:
 
     Attributes:
         mean, scale: of the numbers about a window, shape (about,).
-        layers: weights and biases in turn: of a convolution (width * width * channels, outputs), (outputs,), of a
-            dense layer (inputs, outputs), (outputs,); the first dense layer takes the numbers about the window too.
+        layers: weights and biases in turn, shapes (width * width * channels, outputs), (outputs,) for a convolution,
+            (inputs, outputs), (outputs,) for a dense layer; the first dense layer also takes the windows' numbers.
     """
 
     mean: Array32

@@ -31,7 +31,7 @@ def sampled(
 
 @compiled
 def _sample(depth_mm, grid, middle, band, filled, nearer, missing):
-    """Fill the last three from the four pixels about each sample."""
+    """Fill `filled`, `nearer` and `missing` from the four pixels around each sample."""
     height, width = depth_mm.shape
     for i in range(grid.shape[0]):
         for j in range(grid.shape[1]):

@@ -11,7 +11,7 @@ from studio.engine.model.cameras.depth import DepthCamera
 Array = NDArray[np.float64]
 GRID_WIDTH = 320
 """Approximate number of cells in a row; a cell is 1 cm wide at 2.5 m. With half as many, arms that swing in front of
-a single camera are lost: they are two cells wide, and readings at their edges are mixtures of near and far.
+a single camera are lost: they are only two cells wide, and readings at their edges mix near and far.
 """
 _FILLED = 2
 _NORMAL_REACH = 4

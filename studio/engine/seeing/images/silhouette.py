@@ -1,4 +1,4 @@
-"""Free space: space that a camera looks through, where no part of the body may be."""
+"""Free space: space that a camera sees through, so no part of the body can be there."""
 
 from typing import NamedTuple
 
@@ -26,9 +26,9 @@ class Silhouette(NamedTuple):
         rotation, translation: of `T_camera_work`.
         depth: of each cell [m], 0 = no reading, shape (rows, columns).
         nearest: flat index of the nearest cell of the performer, -1 = none, shape (rows, columns).
-        unread: whether a cell without a reading leaves a sample of the body undecided, by cone and `unread_column`,
-            shape (cone_count, 3); otherwise such a cell is free space.
-        nearest_unread: as `nearest`, for cells of the performer or without readings; used for these samples.
+        unread: whether cells without a reading are undecided for samples of the body, by cone and `unread_column`,
+            shape (cone_count, 3); for other samples, such cells are free space.
+        nearest_unread: as `nearest`, for cells of the performer or without readings; used for undecided samples.
     """
 
     lens: GridLens
@@ -132,11 +132,11 @@ def unread_column(share):
 
 @compiled
 def _violation(seen, point, radius, unread, normal):
-    """Return the violation of one camera's free space by a ball of the body [m], 0 = none, and write the direction
+    """Return how far a ball of the body lies in one camera's free space [m], 0 = not at all, and write the direction
     in which it should move into `normal`, shape (3,), in the working frame.
 
     Args:
-        unread: whether a cell without a reading leaves the ball undecided.
+        unread: whether cells without a reading are undecided for the ball.
     """
     r, t = seen.rotation, seen.translation
     x = r[0, 0] * point[0] + r[0, 1] * point[1] + r[0, 2] * point[2] + t[0]
@@ -298,8 +298,8 @@ def _behind(seen, points, behind):
 
 
 def behind_seen(silhouettes: tuple[Silhouette, ...], points: Array) -> Array:
-    """Return the depth of points behind the seen surface [m], shape (point_count,), from the camera in which it is
-    nearest to a joint's usual depth. Negative = the camera sees past them.
+    """Return the depth of points behind the seen surface [m], shape (point_count,), negative = in front of it. Of all
+    cameras' depths, the one nearest to a joint's usual depth counts.
     """
     best = np.full(len(points), _OUT_OF_VIEW_M)
     behind = np.empty(len(points))

@@ -46,7 +46,7 @@ class Region:
         return Region(float(middle[0]), float(middle[1]), 2.0 * _MARGIN * float(np.hypot(*along)), angle)
 
     def towards(self, other: "Region") -> "Region":
-        """Return a region between this one and the next picture's, because landmarks jitter with a jittery square."""
+        """Return a region between this one and the next picture's; a jittery square would make landmarks jitter."""
         turned = math.remainder(other.angle - self.angle, math.tau)
         return Region(
             self.x + _PACE * (other.x - self.x),

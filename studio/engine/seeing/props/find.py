@@ -66,7 +66,7 @@ def _quick(shape: RigidShape, points: Array, pose: tuple[Array, Array]) -> float
 
 
 def _stick_poses(shape: RigidShape, points: Array, seeds: NDArray[np.int64]) -> list[tuple[Array, Array]]:
-    """Return sticks along the points around each seed, at the ends and in the middle of these points."""
+    """Return poses of a stick along the points around each seed, at the ends and in the middle of these points."""
     length, axis = float(shape.edges_m.max()), np.eye(3)[axis_of(shape)]
     poses = []
     for seed in points[seeds]:

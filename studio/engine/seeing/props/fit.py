@@ -2,7 +2,8 @@
 
 Two residuals form a least-squares problem in the prop's pose. Points near the prop should lie on its surface (signed
 distance, robust). No visible part of its surface should lie where a camera looks through: the residual is that part's
-distance from the nearest pixel of the prop. The first fixes a prop across its length, the second also along it.
+distance from the nearest pixel of the prop. The first determines a prop's place across its length, the second also
+along it.
 Sources: Fitzgibbon, "Robust registration of 2D and 3D point sets", 2003 (distance transform, Levenberg-Marquardt);
 Schmidt et al., "DART", 2014 (signed distances together with free space).
 """
@@ -29,7 +30,7 @@ _ALIKE = 8.0
 _GATE_M = 0.10
 _BESIDE_M = 0.07
 _THROUGH_M = 0.06
-"""Least distance behind a place that a camera must see to look through it."""
+"""A camera sees through a place if it sees a surface at least this far behind it."""
 
 _MOST_OFF_M = 0.10
 _MOST_POINTS = 200
@@ -66,7 +67,7 @@ class Fitted:
 
     Attributes:
         on: number of pixels on the surface.
-        beside: number of pixels outside the surface but within its surroundings, hands left out.
+        beside: number of pixels outside the surface but near it, without hands.
         share: of the visible surface that was seen, 0..1.
         visible: share of the surface that faces cameras and is not occluded, 0..1.
     """
@@ -241,8 +242,8 @@ class _FitView:
     def off_m(
         self, places: Array, normals: Array, middle: Array
     ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return for points of the surface: distance from where the prop was seen [m], whether they are occluded, at
-        a performer or out of view, and whether they face the camera."""
+        """Return for points of the surface: distance from where the prop was seen [m]; whether they are occluded, at
+        a performer or out of view; whether they face the camera."""
         image = self.image
         local = transform_points(image.T_camera_stage, places)
         faces = np.einsum("ij,ij->i", normals, image.eye_m - places) > 0

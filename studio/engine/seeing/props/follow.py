@@ -142,7 +142,7 @@ class _Follower:
         return self._pose
 
     def _other(self, images: Sequence[SeenImage], guess: PropPose, found: Fitted) -> Fitted:
-        """Return a better pose near the guess than the one found from it, if there is one; else the one found."""
+        """Return another fit near the guess if it is better than `found`, the fit from the guess; else `found`."""
         other = find_prop(images, self._fit, guess.place_m, within_m=_ABOUT_M)
         if other is None or other.worth <= max(found.worth, 0.0) * 1.1:
             return found

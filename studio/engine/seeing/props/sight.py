@@ -61,7 +61,7 @@ class PropCamera:
     Args:
         camera: its lens.
         T_stage_camera: its pose.
-        images: evenly spread over the take [mm]: the room is what is there most of the time, and farthest away.
+        images: evenly spread over the take [mm]. The room is what is there most of the time and farthest away.
     """
 
     def __init__(

@@ -1,5 +1,5 @@
-"""Recovery of both arms at once. If each lies on the other's points, all points appear explained, and neither arm is
-found alone.
+"""Recovery of both arms at once. If each arm lies on the other's points, all points appear explained, and a search
+for one arm finds nothing.
 """
 
 from studio.engine.seeing.fitting.chain import Pose
@@ -11,7 +11,7 @@ from studio.engine.seeing.search.start import cost_of
 
 ARMS: tuple[int, int] = (PARTS.index("left_arm"), PARTS.index("right_arm"))
 _BETTER = 0.7
-"""Largest share of the residual that another pose of both arms may leave."""
+"""Maximum residual of a new pose of both arms, as a share of the present residual."""
 _ELSEWHERE_M = 10.0
 
 

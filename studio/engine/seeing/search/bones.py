@@ -1,8 +1,8 @@
 """Joints that the points do not determine: other bones explain the points as well, or the trunk is at a twist limit.
 
-Such a body lies on its points and may still be wrong: a folded arm explains the same points as an arm stretched
-towards the camera, and a shin on the other leg explains no points of its own. In a trunk at a twist limit,
-shoulders and hips are drawn to different headings, and one of them is wrong.
+A body can lie on its points and still be wrong: a folded arm explains the same points as an arm stretched towards
+the camera, and a shin on the other leg explains no points of its own. If the trunk is at a twist limit, shoulders and
+hips are drawn to different headings, and one of them is wrong.
 """
 
 from typing import NamedTuple
@@ -25,9 +25,9 @@ from studio.engine.seeing.fitting.fit import (
 Array = NDArray[np.float64]
 
 SURE = np.log(20.0)
-"""Least log-likelihood that a bone must add to the body without it."""
+"""Minimum log-likelihood that a bone must add to the body without it."""
 _AT_LIMIT = 0.99
-"""Share of its limit from which a hinge counts as at the limit."""
+"""A hinge counts as at its limit from this share of the limit."""
 _LIMBS = [(side, limb) for side in ("Left", "Right") for limb in ("arm", "leg")]
 _BONES = {"arm": ("Arm", "ForeArm", "Hand"), "leg": ("UpLeg", "Leg", "Foot", "ToeBase")}
 _UPPER, _LOWER, _NEXT = (
@@ -43,8 +43,8 @@ class Untold(NamedTuple):
     """Flags of joints that the points do not determine, in the order of `confidence.LIMB_JOINTS`, shape (12,).
 
     Attributes:
-        now: in doubt for these images only; a wrist is found again within one. lately: in doubt for some frames,
-            because the body moves to points step by step.
+        now: in doubt for these images only; a wrist is found again within one frame. lately: in doubt for some
+            frames, because the body moves to its points step by step.
     """
 
     now: NDArray[np.bool_]
@@ -54,9 +54,9 @@ class Untold(NamedTuple):
 def untold(fitter: Fitter, figure: BodyShape, fit: Fit, points: MeasuredPoints) -> Untold:
     """Return the joints that the points do not determine.
 
-    A wrist or ankle needs points on the far half of its forearm or shin, and a hip on its thigh, that no other bone
-    explains as well, including bones of the same limb. Shoulder and elbow of an arm bent by more than a right angle
-    need such points on one of its bones.
+    Points count if no other bone, even of the same limb, explains them as well. A wrist or ankle needs such points on
+    the far half of its forearm or shin, and a hip on its thigh. Shoulder and elbow of an arm bent by more than a
+    right angle need them on one of its bones.
     """
     places = fitter.place(figure, fit.pose)[0]
     upper_each = _added(fitter, figure, fit, points, _UPPER)
@@ -86,7 +86,7 @@ def twisted(limits: Limits, pose: Pose) -> bool:
 
 
 def log_likelihoods(figure: BodyShape, fit: Fit, added: Array) -> Array:
-    """Return the sum over the points of each body of the chain, shape (body_count,).
+    """Return the sum of `added` over the points of each body of the chain, shape (body_count,).
 
     `added`: log-likelihood that each point's bone adds, shape (point_count,); see `added_by`.
     """
@@ -95,8 +95,8 @@ def log_likelihoods(figure: BodyShape, fit: Fit, added: Array) -> Array:
 
 
 def added_by(own_m: Array, others_m: Array) -> Array:
-    """Return the log-likelihood that points gain from their own bone, by their distances from it and from others
-    [m]."""
+    """Return the log-likelihood that points gain from their own bone; `own_m`, `others_m`: distances from it and the
+    others [m]."""
     own, others = (np.minimum(some, REACH_M) ** 2 for some in (own_m, others_m))
     return POINT_SHARE / (2.0 * POINT_SIGMA_M**2) * (others - own)
 

@@ -16,8 +16,8 @@ _NONE = _TURNS[:0]
 _PAUSE = 40
 """Frames before the headings are tried again."""
 _JUMPED, _NEW = 0.5, 0.1
-"""A body jumped if its mean confidence falls below the first share of the usual one; all headings are then tried at
-once. The second is a frame's weight in the usual one.
+"""A body has jumped if its mean confidence falls below this share of the usual one; all headings are then tried at
+once. The second number is a frame's weight in the usual confidence.
 """
 
 
@@ -36,7 +36,7 @@ class Doubt:
         self._usually = 1.0
 
     def turned(self) -> None:
-        """Register that front and back were exchanged; headings are tried from the first again."""
+        """Register that the body was turned round; headings are tried from the first again."""
         self._turn = 0
 
     def turns(self, explained: float, worst_limb_m2: float, sure: float, *, turning: bool) -> Array:

@@ -1,12 +1,12 @@
-"""Front or back: a fit of the body turned round in the same place is compared with the tracked one.
+"""Front or back: the tracked body is compared with a fit of the body turned round in the same place.
 
 A front-back flip explains the points almost as well and never corrects itself, because no step of a fit leads to
 the other side. The residuals of the two fits show the flip: feet point forwards, knees and elbows bend one way,
-the trunk lies before or behind its joints. One image is enough in most cases; several in a
-row are used. A head that faces the wrong way is further evidence.
+the trunk lies before or behind its joints. One image is enough in most cases; several in a row are used. A head that
+faces the wrong way is further evidence.
 
-Most flips begin with a body that stays in profile while the person continues to turn. The head's direction is
-measured from the side as well as from the front, so a body is restarted in that direction.
+Most flips begin when the fitted body stays in profile while the person continues to turn. The head's direction is as
+well measured from the side as from the front, so the body is restarted in that direction.
 """
 
 import numpy as np
@@ -25,16 +25,16 @@ Array = NDArray[np.float64]
 _PLACE_SIGMA_M = 0.03
 _STEPS = 6
 _FITTED, _REACH_M = 4, 0.12
-"""Fit of a body and of the one turned round: iterations, and distance at which the weight of points falls [m]."""
+"""Fits of the body and of the body turned round: iterations, and distance at which a point's weight falls [m]."""
 _LEGS_HEIGHT = 0.47
 """Share of the height below which points belong to the legs. They show front and back best and count twice."""
 _USED = np.array([i for i, name in enumerate(CANONICAL) if not name.endswith(("toe", "hand"))])
-"""Joints that a turn leaves in place: all but those that point forwards."""
+"""Joints that stay in place in a turn: all but those that point forwards."""
 
 
 def turned_round(fitter: Fitter, figure: BodyShape, pose: Pose, posture: Array) -> Pose:
-    """Return the pose turned front to back, with each joint at the place of the other side's, as far as its limits
-    allow.
+    """Return the pose turned front to back: each joint is at the place of the other side's joint, as far as its
+    limits allow.
 
     Args:
         posture: weight of the resting angles, shape (6 + dof_count,).
@@ -63,7 +63,7 @@ def both_sides(
     points: MeasuredPoints,
     silhouettes: tuple[Silhouette, ...],
 ) -> tuple[tuple[float, float], Pose]:
-    """Fit the expected pose and the one turned round; return the residual of each [m2], and the latter."""
+    """Fit the expected pose and the pose turned round; return both residuals [m2], and the latter pose."""
     low = points.places[:, 2] < _LEGS_HEIGHT * performer_of(figure.shape).height_m
     costs, settled = [], prior.pose
     for pose in (prior.pose, turned_round(fitter, figure, prior.pose, prior.posture)):
@@ -90,14 +90,14 @@ def forwards(pose: Pose) -> Array:
 _SURELY = 0.7
 """Confidence of a head's direction from which a body with that heading is tried."""
 _ASIDE = np.radians(30.0)
-"""Angle between head and body beyond which either the head glances aside, or the body lags behind a turn. From the
-side both explain the points well, so even a body that explains them well is compared with one turned to the head.
+"""Angle between head and body beyond which either the head is turned aside, or the body lags behind a turn. From the
+side, both headings explain the points well, so even a body that fits well is compared with one turned to the head.
 """
 _DOUBTED, _SIDE = 0.65, np.radians(45.0)
 """Mean confidence below which headings on either side of the head's direction are tried, because heads turn on
-shoulders; angle to these headings."""
+shoulders; angle of these headings to it."""
 _ASIDE_BETTER, _BETTER = 0.9, 0.8
-"""Largest share of the residual that a body restarted at the head's direction, or to its side, may leave."""
+"""Maximum residual of a body restarted in the head's direction, or to its side, relative to the tracked body's."""
 
 
 def aside_of(face: Array, pose: Pose) -> float | None:
@@ -110,9 +110,9 @@ def aside_of(face: Array, pose: Pose) -> float | None:
 
 
 _OFTEN, _SELDOM = 4, 30
-"""Frames between two tests: if front and back may have been exchanged lately, and otherwise."""
+"""Frames between two tests: if a front-back flip may have happened lately, and otherwise."""
 _GLANCE = 2
-"""Frames between two checks of the head's direction, if front and back may have been exchanged lately."""
+"""Frames between two checks of the head's direction, if a front-back flip may have happened lately."""
 _LATELY = 60
 _PROFILE = 0.5
 """Cosine of the angle between heading and view below which a camera sees the body from the side."""
@@ -129,7 +129,7 @@ _TURNED = -0.25
 
 
 class FacingWatch:
-    """Schedule and results of the tests for exchanged front and back."""
+    """Schedule and results of the tests for front-back flips."""
 
     def __init__(self) -> None:
         self._unsure = _LATELY
@@ -139,17 +139,17 @@ class FacingWatch:
 
     @property
     def unsure(self) -> bool:
-        """Whether front and back may have been exchanged lately."""
+        """Whether a front-back flip may have happened lately."""
         return self._unsure > 0
 
     @property
     def glances(self) -> bool:
-        """Whether to check in this frame for a head that faces aside."""
+        """Whether to check in this frame if the head faces aside."""
         return self.unsure and self._since % _GLANCE == 0
 
     def to_try(self, face: Array, pose: Pose, sure: float) -> tuple[float, float] | None:
-        """Return the turn of a restarted body [rad], and the largest share of the residual that it may leave;
-        None if the head gives no reason.
+        """Return the turn of a restarted body [rad], and its maximum residual relative to the tracked body's; None if
+        the head gives no reason.
 
         Args:
             face: see `Heads.face`.
@@ -189,8 +189,8 @@ class FacingWatch:
         """Add a test; return whether to turn the body round.
 
         Args:
-            cost_m2, turned_m2: residuals of the body and of the one turned round [m2].
-            head_ahead: agreement of head and body: 1, they face the same way; -1, opposite ways; 0 = unknown.
+            cost_m2, turned_m2: residuals of the body and of the body turned round [m2].
+            head_ahead: agreement of head and body: 1 = they face the same way; -1 = opposite ways; 0 = unknown.
         """
         told = float(np.clip(np.log(turned_m2 / cost_m2), -_MOST, _MOST)) + _HEAD * head_ahead
         self._said = min(_KEPT * self._said + told, _MOST)

@@ -1,4 +1,4 @@
-"""Jumps: for a while, joints that a restart moved or that the images did not determine are unreliable."""
+"""Jumps: joints that a restart moved, or that the images did not determine, stay unreliable for some frames."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 _KEPT = 0.93
 """Share of a jump that is kept per frame."""
 _MOST_M = 0.2
-"""Largest counted jump [m], so that an arm that was elsewhere is not doubted for longer than a trunk."""
+"""Jumps are clipped at this [m], so that a restarted arm is not doubted for longer than a trunk."""
 _UNTOLD_M = 0.1
 """Least expected error of a joint that the images do not determine [m]."""
 
@@ -19,10 +19,9 @@ _UNTOLD_M = 0.1
 class Jumps:
     """Recent jump of each joint.
 
-    A body that is turned round or restarted has two poses for the same images, and so has a body whose first pose is
-    hardly better than another. Its joints may be wrong by the distance between the poses, until some frames have not
-    contradicted the later pose. Joints that the images did not determine are doubted for some frames for the same
-    reason.
+    Two poses explain the same images of a body that is turned round or restarted, or whose first pose is hardly
+    better than another. Its joints may be wrong by the distance between these poses, until some frames have not
+    contradicted the later pose. Joints that the images did not determine are doubted for as long.
 
     Attributes:
         lately_m: jumps and doubts [m] that fade within about half a second, shape (joint_count,).
@@ -32,11 +31,11 @@ class Jumps:
         self.lately_m: Array = np.zeros(joint_count)
 
     def fade(self) -> None:
-        """Add a frame."""
+        """Fade all jumps by one frame."""
         self.lately_m *= _KEPT
 
     def told(self, before: Array, after: Array) -> None:
-        """Add another pose: joints before and after [m], shape (joint_count, 3) each."""
+        """Add a change of pose: joints before and after [m], shape (joint_count, 3) each."""
         jump_m = np.linalg.norm(after - before, axis=1)
         self.lately_m = np.maximum(self.lately_m, np.minimum(jump_m, _MOST_M))
 

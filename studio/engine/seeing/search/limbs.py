@@ -30,16 +30,16 @@ _REFINED = 2
 _ITERATIONS = 6
 _UNEXPLAINED_M = 0.07
 _ELSEWHERE_M = 0.05
-"""A point nearer to the rest of the body does not belong to the limb [m]."""
+"""A point nearer than this to the rest of the body does not belong to the limb [m]."""
 _LOST_M2 = 0.12
 """Cost from which a limb is searched [m2], for a body with 1,000 points."""
 _UNREAD_LOST_M2, _UNREAD_SHARE = 0.6, 0.4
-"""The same for a limb of which more than this share is not read, so that hands and folds of clothes do not count."""
+"""The same for a limb of which more than this share is unread, so that hands and folds of clothes do not count."""
 _RESTING = 16.0
-"""Weight of the resting posture of a limb that is not read, relative to the usual one."""
+"""Weight of an unread limb's resting posture, relative to the usual weight."""
 _BETTER = 0.75
 _BETTER_M2 = 0.08
-"""Largest cost of another pose, as a share of the present cost, and least reduction [m2]."""
+"""Maximum cost of another pose, as a share of the present cost, and its minimum reduction [m2]."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class SearchedLimb:
         poses: angles, shape (pose_count, limb_dof_count); the first `CANDIDATES` are far from each other.
         ends: start of its last cone in these poses, in the frame of the limb's parent body [m], shape (pose_count,
             3).
-        samples: places on it that are tested for free space; see `free_samples`.
+        samples: places on the limb that are tested for free space; see `free_samples`.
     """
 
     part: int
@@ -233,8 +233,8 @@ def spread_poses(
 ) -> tuple[Array, Array]:
     """Return a limb's poses: angles, shape (pose_count, dof_count), and start of its last cone, (pose_count, 3).
 
-    Drawn from a Halton sequence over each angle's usual range within its limits; the first `CANDIDATES` are those
-    whose joints lie farthest from all chosen before (Gonzalez, 1985).
+    A Halton sequence covers each angle's usual range within its limits. The joints of each of the first `CANDIDATES`
+    poses lie farthest from those of all poses before it (Gonzalez, 1985).
     """
     drawn = np.stack([_halton(_DRAWN, prime) for prime in _PRIMES[: len(dofs)]], axis=1)
     centre, spread = limits.rest[dofs], 2.5 * limits.spread[dofs]

@@ -25,12 +25,12 @@ _HALF_DEPTH_M, _HALF_BREADTH_M = 0.09, 0.16
 _FACING_AWAY_COST_M2 = 1.0
 """Penalty of a start that faces away from the cameras [m2], because people usually start facing them."""
 _STRANGER = 0.6
-"""Share of the known performer's residual below which another figure shows that a new person is somebody else."""
+"""A residual below this share of the known performer's shows that a new person is somebody else."""
 BETTER = 0.6
-"""Share of another pose's residual below which a pose is better."""
+"""A pose is better than another if its residual is below this share of the other's."""
 _CAP_M = 0.15
 _HEAD = 0.2
-"""Logarithm of the cost factor of a start whose heading contradicts a certain head direction."""
+"""Logarithm of the cost factor of a start that faces the opposite way to a certain head direction."""
 
 _STATURES_M = (0.86, 1.15, 1.50, 1.72)
 _BY_STATURE = {"head": (1.5, 1.25, 1.07, 1.0), "leg": (0.88, 0.94, 1.0, 1.0), "arm": (0.93, 0.97, 1.0, 1.0)}
@@ -171,7 +171,7 @@ def cold_start(
 def marked_standing(
     fitter: Fitter, points: MeasuredPoints, silhouettes: tuple[Silhouette, ...]
 ) -> tuple[Silhouette, ...]:
-    """Return the silhouettes, marked with the unread places of a usual body standing at the points; see `marked`."""
+    """Return the silhouettes with the unread places of a usual body that stands at the points; see `marked`."""
     figure = BodyShape.of(shape_of_height(height_of(points)))
     stance = standing(figure, points, yaws(points)[0], fitter.limits.rest)
     return marked(fitter, figure, stance, silhouettes, points)

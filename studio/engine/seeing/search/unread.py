@@ -1,7 +1,7 @@
 """Legs that no camera reads: out of range, in dark clothes, behind furniture, beyond the picture's edge.
 
-For them, cells without readings are not free space. They hang at rest until a camera reads them, and their joints are
-doubted.
+For them, cells without readings are not free space. The legs hang at rest until a camera reads them, and their joints
+are doubted.
 """
 
 from typing import NamedTuple
@@ -36,15 +36,15 @@ from studio.engine.seeing.search.bones import SURE, added_by, log_likelihoods
 Array = NDArray[np.float64]
 
 _UNREAD_SHARE = 0.3
-"""Unread share above which a leg is unread from its first unread place to its end."""
+"""A leg of which more than this share is unread is unread from its first unread place to its end."""
 _MARGIN = 60
 """Margin around the performer in which the nearest unread cell is known [cells]."""
 _READ_M = 0.10
-"""Distance within which a point makes a place on a limb read [m]."""
+"""A place on a limb is read if a point lies within this distance [m]."""
 _ON_BONE_M, _FEW = 0.06, 4
-"""Distance from the surface within which points count [m], and number below which a place is not read."""
+"""Distance from the surface within which points count [m], and number of points below which a place is unread."""
 _HIDDEN_SHARE = 0.6
-"""Share of a bone's samples from which it is hidden if no camera shows them."""
+"""A bone is hidden if no camera shows at least this share of its samples."""
 _LEGS = [PARTS.index(f"{side}_leg") for side in ("left", "right")]
 _FOREARMS_AND_SHINS = [
     BODY_JOINTS.index(f"{side}{b}") for side in ("Left", "Right") for b in ("ForeArm", "Leg")
@@ -63,9 +63,9 @@ def marked(
     silhouettes: tuple[Silhouette, ...],
     points: MeasuredPoints,
 ) -> tuple[Silhouette, ...]:
-    """Return the silhouettes with unread places on the legs marked, for which cells without readings are undecided.
+    """Return the silhouettes with the unread places on the legs marked; cells without readings are undecided there.
 
-    A place is marked if it is unread in the expected pose or in a hanging one, beyond the last point on the leg.
+    A place is marked if it lies beyond the last point on the leg and is unread in the expected or in a hanging pose.
 
     Args:
         pose: the expected pose.
@@ -86,7 +86,7 @@ def marked(
         far = dark & _out_of_range(seen, expected, radii_m)
         blind = dark | (shown(seen, usual) == UNREAD)
         for part in np.unique(limbs):
-            beyond = False  # from a limb's end to its root
+            beyond = False  # goes from a limb's end to its root
             own = np.flatnonzero(limbs == part)
             for k in own[::-1]:
                 blind[k] &= beyond or far[k] or away[k] > _READ_M
@@ -150,7 +150,7 @@ def unread_ends(
 
 
 def _beside_other_parts(figure: BodyShape, fit: Fit) -> Array:
-    """Return the log-likelihood that each body of the chain adds to that of other parts, shape (body_count,)."""
+    """Return the log-likelihood that each body of the chain adds to the other parts, shape (body_count,)."""
     each = np.arange(len(fit.cone)), figure.surface.part[fit.cone]
     others = fit.distance.copy()
     others[each] = REACH_M
@@ -195,7 +195,7 @@ def _radii(figure: BodyShape, samples: Array) -> Array:
 
 
 def _out_of_range(seen: Silhouette, places: Array, radii_m: Array) -> NDArray[np.bool_]:
-    """Return whether the surface around places on axes is farther away than everything that a camera reads."""
+    """Return whether the surface around places on axes is farther away than a camera's farthest reading."""
     away_m = places @ seen.rotation[2] + seen.translation[2] - radii_m
     return away_m > seen.depth.max()
 

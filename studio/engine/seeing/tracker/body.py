@@ -58,7 +58,7 @@ ARMS_LOST_M2 = 0.12
 _KNOWN = 30
 """Number of frames after which a performer is known."""
 _WELL_M2, _JUMPED_M2 = 0.00045, 0.0009
-"""Residual per point below which a body fits well, and below which it has not jumped [m2]."""
+"""Residual per point below which a body is not restarted: usually, and after a jump [m2]."""
 
 
 @cache
@@ -188,7 +188,7 @@ class FollowedBody:
         self._fitted_ns = time_ns
 
     def _jumped(self, before: tuple[BodyShape, Pose], after: tuple[BodyShape, Pose]) -> None:
-        """Register another figure and pose for the same images."""
+        """Register a change of figure and pose for the same images."""
         self._jumps.told(*(joints_of(self.fitter, *one)[0] for one in (before, after)))
 
     # --- following
@@ -255,7 +255,7 @@ class FollowedBody:
         self._check(points, silhouettes, time_ns, turning=due and self._facing.unsure)
 
     def _faced(self, prior: Prior, points: MeasuredPoints, silhouettes: tuple[Silhouette, ...]) -> Prior:
-        """Return the prior, turned round if that explains more."""
+        """Return the prior, turned round if that explains the points better."""
         costs_m2, turned = both_sides(self.fitter, self._search, self.figure, prior, points, silhouettes)
         if not self._facing.told(*costs_m2, self._ahead(self.figure, prior.pose)):
             return prior

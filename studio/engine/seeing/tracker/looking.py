@@ -1,4 +1,4 @@
-"""Parallel processing of several cameras' images on the machine's cores; the next images while a body is fitted.
+"""Parallel processing of several cameras' images on the machine's cores, and of the next images during a fit.
 
 Compiled code runs without Python's lock, so threads suffice. The results do not depend on the order of the threads:
 each camera's images are processed one after the other, and cameras share nothing.
@@ -61,7 +61,7 @@ class Looker:
         return {name: result() for name, result in later.items()}
 
     def begin(self) -> None:
-        """Start on the expected images; the background must have been learnt from the present ones."""
+        """Start work on the expected images; the background must have been learnt from the present ones."""
         if self._pool is not None:
             for name, frame in self._next.items():
                 self._begun[name] = self._pool.submit(self._views[name].see, frame.depth_mm)

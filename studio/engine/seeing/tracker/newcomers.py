@@ -1,4 +1,4 @@
-"""Detection of people who come in while others are followed: unexplained, as high as a person, and staying."""
+"""Detection of people who come in while others are followed: unexplained clusters, as high as a person, that stay."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,11 +22,11 @@ _LOOKS = 4
 _NEAR_M = 0.4
 """Largest distance of a person from where the last look saw them [m]."""
 _ASIDE_M2 = 0.12
-"""Area of a cluster, unexplained by its body, above which it may show somebody else [m2]."""
+"""A cluster may show somebody else if its body leaves more than this area unexplained [m2]."""
 _APART_M = 0.25
 """Distance from every body above which points belong to none [m]."""
 _REST = 30
-"""Looks before a place where nobody was found is tried again; doubled each time."""
+"""Looks before a place where nobody was found is tried again; doubles each time."""
 
 
 @dataclass
@@ -39,7 +39,7 @@ class _Refused:
 
 
 class Newcomers:
-    """Places where somebody may have come in, over some time."""
+    """Places where somebody may have come in, and for how long."""
 
     def __init__(self) -> None:
         self._frame = 0

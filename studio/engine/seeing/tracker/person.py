@@ -18,7 +18,7 @@ _HEIGHT_M = (0.7, 2.75)
 _TALL_M, _TRUNK_M = 0.5, 0.3
 """Least height of the visible part of a person, and of a person whose legs are not read [m]."""
 _FLOATS_M, _HOLE_SHARE = 0.2, 0.3
-"""Least height of a cluster above the floor [m], and least unread share below it, from which legs are not read."""
+"""Height of a cluster above the floor [m], and unread share below it, beyond which its legs count as unread."""
 _WIDEST_M = 2.4
 _LEAST_AREA_M2, _MOST_AREA_M2 = 0.08, 1.8
 _BESIDE_M = 0.45
@@ -46,7 +46,7 @@ def may_be_person(seen: ImageClusters) -> NDArray[np.bool_]:
 
 
 def _over_a_hole(seen: ImageClusters, cluster: int) -> bool:
-    """Whether enough is unread below a cluster, halfway to the floor."""
+    """Whether enough cells are unread below a cluster, halfway to the floor."""
     k = seen.clusters
     rows, columns = np.nonzero(k.labels == cluster)
     tall = int(np.ptp(rows)) + 1
@@ -96,8 +96,8 @@ class Nearness(NamedTuple):
     """Nearness of an image's clusters to an expected body.
 
     Attributes:
-        share: of each cluster's points that lie near the body, limb: whether the cluster is small and may be a limb
-            that the image cuts off, shape (cluster_count,).
+        share: share of each cluster's points near the body, limb: whether the cluster is small and may be a limb that
+            the image cuts off, shape (cluster_count,).
     """
 
     share: Array
@@ -148,7 +148,7 @@ def near_body(
     chest = fitter.place(figure, pose)[0][_CHEST]
     for k in np.unique(owners):
         near.share[k] = (least[owners == k] < _NEAR_M).mean()
-        if seen.clusters.area[k] < _LIMB_AREA_M2:  # an arm cut off by the body's image
+        if seen.clusters.area[k] < _LIMB_AREA_M2:  # perhaps an arm that the body's image cuts off
             near.limb[k] = np.linalg.norm(seen.clusters.middle[k] - chest) < _LIMB_REACH_M
     return near
 

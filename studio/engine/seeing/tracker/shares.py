@@ -22,7 +22,7 @@ from studio.engine.seeing.tracker.view import CameraView, ImageClusters
 _CLOSELY = 3 * LOOKED_AT
 """Number of points of each cluster that are tested, because it may contain an arm of somebody else."""
 _REACH_M = 4.0
-"""Largest distance of a person from the middle of their cluster, which people who touch each other share [m]."""
+"""Largest distance of a person from the middle of their cluster, which may contain several people [m]."""
 
 
 @dataclass

@@ -32,7 +32,7 @@ def per_camera(frames: Iterable[DepthFrame], cameras: dict[str, DepthCamera]) ->
 def from_points(
     frames: Iterable[DepthFrame], cameras: dict[str, DepthCamera], calibration: Calibration
 ) -> Iterator[tuple[CameraFrame, Performer]]:
-    """Yield skeletons from all cameras' points, as frames of the camera `points`, each with the present estimate of
+    """Yield skeletons from all cameras' points as frames of the camera `points`, each with the current estimate of
     the performer.
 
     Args:

@@ -36,7 +36,7 @@ _FORGET_S = 10.0
 _REST = 2
 """Frames between searches for a person."""
 _SAME_M, _SAME_FRAMES = 0.12, 10
-"""Two bodies within this distance [m] for this number of frames are one."""
+"""Two bodies within this distance [m] for this number of frames count as one."""
 
 
 class Tracker:
@@ -92,7 +92,7 @@ class Tracker:
         return self.bodies[0].fitted()
 
     def forget_pose(self) -> None:
-        """Search for performers again in the next images, which are of another time; proportions stay known."""
+        """Search for performers again in the next images, which are from another time; proportions stay known."""
         for body in self.bodies:
             body.lose()
         self._rest = 0

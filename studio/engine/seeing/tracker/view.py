@@ -41,7 +41,7 @@ class CameraView:
     """A camera's grid and its background, learnt during tracking.
 
     Attributes:
-        T_work_camera: camera points to the working frame; if not given, None until the first image.
+        T_work_camera: camera points to the working frame; None until the first image if it is not given.
     """
 
     def __init__(self, camera: DepthCamera, T_work_camera: Array | None) -> None:
@@ -100,7 +100,7 @@ class CameraView:
         """Add still points behind people to the background.
 
         Args:
-            standing: whether each cluster may be a person, who is no background, shape (cluster_count,).
+            standing: whether each cluster may be a person and so not background, shape (cluster_count,).
         """
         _learn(seen.depth, seen.keep, seen.clusters.labels, standing, self._background)
 

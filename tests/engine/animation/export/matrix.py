@@ -1,4 +1,4 @@
-"""The exports that every reader is checked on: all targets and root motions, over the options."""
+"""The exports on which every reader is checked: all targets and root motions, over the options."""
 
 from dataclasses import dataclass, replace
 from functools import cache
@@ -37,7 +37,7 @@ PAIRS = frozenset(
     for t, target in enumerate(TARGETS)
     for v, name in enumerate(_VARIANTS)
 )
-"""24 of these files: each two of target, root motion and variant stand together in one of them."""
+"""24 of these files; every pair of target, root motion and variant occurs in one of them."""
 
 BVH_MATRIX: dict[str, ExportOptions] = {
     f"{target}, {root_motion}, {order} {unit}": ExportOptions(
@@ -57,8 +57,8 @@ def source() -> Poses:
 
 @dataclass(frozen=True)
 class Truth:
-    """Where joints are, from the poses alone: names, their columns in the file's skeleton, world positions [cm]
-    and rotations per sample, and what the file's skeleton is meant to be."""
+    """Places of joints, from the poses alone: names, their columns in the file's skeleton, world positions [cm] and
+    rotations per sample, and the expected skeleton of the file."""
 
     names: tuple[str, ...]
     positions_cm: NDArray[np.float64]
@@ -68,7 +68,7 @@ class Truth:
 
 @cache
 def truth(options: ExportOptions, hz: float) -> Truth:
-    """Return the truth of an export sampled at `hz`, of the joints that stand for one of the performer's."""
+    """Return the truth of an export sampled at `hz`, for the joints that correspond to one of the performer's."""
     poses = random_poses(np.random.default_rng(2), seconds=SECONDS, hz=hz, angle_sd_rad=0.3)
     motion = clip(source(), options)
     columns = [poses.joint_names.index(role) for role in motion.roles if role]

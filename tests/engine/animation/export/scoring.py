@@ -1,4 +1,4 @@
-"""Hard motions to export, and how far what a program read is from the poses."""
+"""Hard motions to export, and how far a program's reading is from the poses."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from tests.engine.animation.export.readers.programs import ReadBack
 
 
 def _arms_forward(time_s: NDArray[np.float64], vectors: NDArray[np.float64]) -> None:
-    """Arms held forward, where the usual rotation order (x, y, z) is locked, and moving about there."""
+    """Arms that move about the forward direction, where the usual rotation order (x, y, z) has its gimbal lock."""
     for name, side in (("LeftArm", -1.0), ("RightArm", 1.0)):
         vectors[:, OUTPUT_INDEX[name]] *= 0.3
         vectors[:, OUTPUT_INDEX[name], 2] += side * np.pi / 2
@@ -29,13 +29,13 @@ HARD_MOTIONS: dict[str, dict[str, Any]] = {
 
 
 def position_error_cm(back: ReadBack, poses: Poses) -> NDArray[np.float64]:
-    """Distance of each joint from the poses' at the same sample, shape (sample_count, joint_count)."""
+    """Distance of each joint from the poses at the same sample, shape (sample_count, joint_count)."""
     truth = to_file_axes(poses.positions_m) * 100.0
     return np.linalg.norm(back.in_order(poses.joint_names).positions_cm - truth, axis=-1)
 
 
 def rotation_error_deg(back: ReadBack, poses: Poses) -> float:
-    """Largest angle between a joint's world rotation and the poses'."""
+    """Largest angle between a joint's world rotation and that of the poses."""
     found = back.in_order(poses.joint_names).rotations_wxyz
     truth = np.concatenate(
         [poses.rotations_wxyz[..., :1], to_file_axes(poses.rotations_wxyz[..., 1:])], axis=-1

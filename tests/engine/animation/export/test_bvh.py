@@ -18,7 +18,7 @@ def test_world_joints_read_back(tmp_path: Path, motion: str) -> None:
     poses = random_poses(np.random.default_rng(2), seconds=2, hz=60, **HARD_MOTIONS[motion])
     export(poses, tmp_path / "take.bvh", "bvh")
     back = read_with_bvhio(tmp_path / "take.bvh")
-    assert back.names == poses.joint_names  # depth first, as the output skeleton is
+    assert back.names == poses.joint_names  # depth first, like the output skeleton
     assert back.parents == tuple(poses.parents)
     assert back.scene["frames_per_second"] == pytest.approx(60.0, rel=1e-6)
     assert np.abs(back.positions_cm - to_file_axes(poses.positions_m) * 100).max() < 0.002

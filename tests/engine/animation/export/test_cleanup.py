@@ -67,7 +67,7 @@ def _local(poses: Poses, world: np.ndarray) -> np.ndarray:
 
 
 def _walk(seconds: float, *, speed_m_s: float) -> Poses:
-    """Legs that swing at 1 Hz, with the hips going forward."""
+    """Legs that swing at 1 Hz while the hips move forward."""
     time_s = np.arange(round(seconds * 60) + 1) / 60
     vectors = np.zeros((len(time_s), 52, 3))
     for side, phase in (("Left", 0.0), ("Right", np.pi)):
@@ -86,7 +86,7 @@ def test_a_loop_ends_where_it_began(fps: float) -> None:
     assert seconds == pytest.approx(round(seconds), abs=1.01 / fps) and seconds > 2.1  # whole strides
     closed = np.concatenate([loop.positions_m[-2:-1], loop.positions_m])
     bends = np.abs(np.diff(closed, 2, axis=0)).max(axis=(1, 2))
-    assert bends[0] < 1.2 * bends[1:].max()  # the seam has no kink that the motion has not
+    assert bends[0] < 1.2 * bends[1:].max()  # the seam has no kink that the motion lacks
     assert _lengths(loop) == pytest.approx(np.tile(_lengths(loop)[:1], (loop.frame_count, 1)), abs=1e-9)
 
 
@@ -108,7 +108,7 @@ def test_cutoff_above_the_frames_is_refused() -> None:
 
 
 def _sliding() -> Poses:
-    """Standing with bent knees, feet sliding by 3 cm to and fro, then a step of the left leg."""
+    """A performer who stands with bent knees, the feet sliding by 3 cm to and fro; then a step of the left leg."""
     time_s = np.arange(241) / 60
     vectors = np.zeros((241, 52, 3))
     lift = np.clip(np.sin(np.pi * np.clip(time_s - 2.5, 0, 1)), 0, None)

@@ -1,4 +1,4 @@
-"""Keys of curves: what cubic keys gain, jumps that do not swing, and fewer keys within their bound."""
+"""Keys of curves: what cubic keys gain, jumps without overshoot, and fewer keys within their bound."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def _popped() -> Poses:
 
 
 def _swing_cm(back: ReadBack, joint: str) -> np.ndarray:
-    """How far a joint, read at four times the keys, leaves the straight line between its keys, per interval."""
+    """Return how far a joint, read at four times the keys, leaves the straight line between keys, per interval."""
     places = back.positions_cm[:, back.names.index(joint)]
     begin, end = places[:-1:4], places[4::4]
     off = [places[k::4][: len(begin)] - (begin + (end - begin) * k / 4) for k in (1, 2, 3)]
@@ -63,7 +63,7 @@ def test_smooth_motion_keeps_automatic_tangents() -> None:
 
 
 def test_keys_follow_what_is_known_between_them() -> None:
-    """Frame by frame noise at 120 Hz, as captures have it, which automatic tangents at 30 Hz cannot follow."""
+    """Frame by frame noise at 120 Hz, as in captures, which automatic tangents at 30 Hz cannot follow."""
     rng = np.random.default_rng(3)
     dense = 40 * np.sin(np.linspace(0, 9, 801)) + rng.normal(scale=0.2, size=801)
     at_keys = dense[::4]

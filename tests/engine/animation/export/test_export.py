@@ -1,4 +1,4 @@
-"""The registry of exporters: what is there, what is refused, and that nothing is left behind."""
+"""The registry of exporters: its formats, what it refuses, and that no files are left behind."""
 
 import errno
 import os

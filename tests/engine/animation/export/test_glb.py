@@ -24,7 +24,7 @@ from tests.web.browser import quiet_page
 
 
 def glb_pose(path, times_s):
-    """World positions [m] and wxyz rotations by name at times, and the document, read with pygltflib."""
+    """World positions [m] and wxyz rotations by name at some times, and the document, read with pygltflib."""
     tree = pygltflib.GLTF2().load_binary(str(path))
     blob = tree.binary_blob()
 
@@ -64,7 +64,7 @@ def glb_pose(path, times_s):
 
 
 def sample(keys, values, kind, times_s):
-    """Keys at times, as the glTF specification interpolates them."""
+    """Keys interpolated at some times by the rules of the glTF specification."""
     k = np.clip(np.searchsorted(keys, times_s, side="right") - 1, 0, max(len(keys) - 2, 0))
     if kind == "STEP" or len(keys) == 1:
         return values[np.clip(np.searchsorted(keys, times_s, side="right") - 1, 0, len(keys) - 1)]
@@ -98,7 +98,7 @@ def test_pygltflib_reads_every_joint_where_it_is(tmp_path, name):
 
 
 def between_keys_cm(tmp_path, interpolation):
-    """Mean and worst error between 30 Hz keys of a 120 Hz clip."""
+    """Mean and worst error between the 30 Hz keys of a 120 Hz clip."""
     fine = random_poses(np.random.default_rng(4), seconds=3.0, hz=120.0, angle_sd_rad=0.4)
     export(fine, tmp_path / "b.glb", "glb", fps=30.0, interpolation=interpolation, mesh=False)
     inside = slice(8, -8)
@@ -196,7 +196,7 @@ def test_blender_reads_bones_and_body_where_they_are(tmp_path):
 
 
 def body_error_cm(motion, poses, frame, vertices_cm):
-    """Largest distance of a vertex that Blender shows from the mannequin's own, in a frame or at rest."""
+    """Largest distance of a vertex in Blender from the mannequin's vertices, in a frame or at rest."""
     mesh, rest = mannequin(motion), motion.rest_positions_m
     positions, rotations = rest, np.tile(np.eye(3), (len(rest), 1, 1))
     if poses is not None:

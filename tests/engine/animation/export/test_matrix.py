@@ -1,6 +1,6 @@
 """Every target, root motion and option, as the Autodesk FBX SDK, ufbx, Blender and bvhio read the files.
 
-Each two of them are together in a file. The long form has them all together.
+Every pair of them occurs in one file. The long form has all combinations.
 """
 
 from collections.abc import Callable, Iterable
@@ -29,17 +29,17 @@ AT_KEYS_CM = 0.05
 TURN_DEG = 0.05
 
 BLENDER = [n for n, o in FBX_MATRIX.items() if o.key_error_cm is None or o.interpolation == "linear"]
-"""Blender makes cubic curves linear, so a key that is left out is lost to it."""
+"""Files for Blender: it makes cubic curves linear, so it cannot restore a key that was left out."""
 
 
 def in_pairs(names: Iterable[str]) -> list:
-    """Parameters of a test: those names that are not needed for each two options are long."""
+    """Parameters of a test; names outside `PAIRS` are long."""
     return [name if name in PAIRS else pytest.param(name, marks=pytest.mark.long) for name in names]
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
-    """The files of the matrix by name, written when they are first asked for."""
+    """The files of the matrix by name, written on first use."""
     folder = tmp_path_factory.mktemp("matrix")
     cases = {
         **{k: ("fbx", v) for k, v in FBX_MATRIX.items()},
@@ -60,7 +60,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
 def blender(
     files: Callable[[str], Path], tmp_path_factory: pytest.TempPathFactory
 ) -> Callable[[str], BlenderScene]:
-    """The files of the matrix as Blender reads them: all long ones at once, and all others."""
+    """The files of the matrix as Blender reads them, in two runs: the long ones, and all others."""
 
     @cache
     def read(long: bool) -> dict[str, BlenderScene]:
@@ -95,7 +95,7 @@ def test_ufbx(name: str, files: Callable[[str], Path]) -> None:
 @pytest.mark.parametrize("name", in_pairs(FBX_MATRIX))
 def test_fbx_sdk(name: str, files: Callable[[str], Path]) -> None:
     options = FBX_MATRIX[name]
-    hz = min(_rate(options), 60)  # the most that the program samples at
+    hz = min(_rate(options), 60)  # the highest rate of the program
     _check(read_with_fbx_sdk(files(name), hz=round(hz)), truth(options, hz), options)
 
 
@@ -135,7 +135,7 @@ def _check(
     found: Truth,
     options: ExportOptions,
 ) -> None:
-    """Names, hierarchy and rest pose are those of the skeleton; joints are where the poses have them."""
+    """Check names, hierarchy and rest pose against the skeleton, and the joints' places against the poses."""
     motion = found.motion
     back = back.in_order(motion.joint_names)
     assert back.parents == tuple(motion.parents)
@@ -149,7 +149,7 @@ def _check(
 
 
 def _check_mesh(scene: BlenderScene, found: Truth) -> None:
-    """The body is skinned: at rest and in the last frame its vertices are where linear blending has them."""
+    """Check the skinned body: at rest and in the last frame its vertices are where linear blending has them."""
     motion = found.motion
     mesh = mannequin(motion)
     assert scene.meshes_cm["rest"] == pytest.approx(mesh.vertices_m * 100, abs=0.01)

@@ -1,4 +1,4 @@
-"""C3D, TRC, CSV and npz: points read back by programs not written here; gaps stay gaps."""
+"""C3D, TRC, CSV and npz: points read back by independent programs; gaps stay gaps."""
 
 import sys
 import warnings
@@ -25,7 +25,7 @@ PLUG_IN_GAIT = 39  # markers of the full-body set
 
 @pytest.fixture(scope="module")
 def poses():
-    """Two seconds of motion; the left wrist is not seen for a while, and its radius is known."""
+    """Two seconds of motion; the left wrist is unseen for a while, and its radius is known."""
     made = random_poses(np.random.default_rng(7), seconds=2.0)
     confidence, radius = made.confidence.copy(), np.full_like(made.confidence, 21.4)
     confidence[30:50, OUTPUT_INDEX["LeftHand"]] = 0.0
@@ -34,7 +34,7 @@ def poses():
 
 
 def read_with_c3d(path):
-    """Labels, positions [mm], residuals [mm] and the rate, by the library c3d."""
+    """Labels, positions [mm], residuals [mm] and the rate, as read by the library c3d."""
     with warnings.catch_warnings(), path.open("rb") as file:
         warnings.simplefilter("ignore")
         reader = c3d.Reader(file)
@@ -70,7 +70,7 @@ def still_for(frames):
 
 
 def test_c3d_where_its_library_has_no_wheel(tmp_path, poses, monkeypatch):
-    """As on Linux on ARM."""
+    """As on Linux on ARM, where the library c3d has no wheel."""
     monkeypatch.setitem(sys.modules, "ezc3d", None)
     with refused(NotAvailableError, "c3d.not_installed"):
         export(poses, tmp_path / "out.c3d", "c3d")

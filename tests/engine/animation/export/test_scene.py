@@ -1,4 +1,4 @@
-"""Several performers in one file, read by programs that were not written here, and what no file can hold."""
+"""Several performers in one file, as independent programs read it, and what no file can hold."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +24,7 @@ NAMES = ("Ana", "Éloïse B.")
 
 @pytest.fixture(scope="module")
 def performers() -> list[Poses]:
-    """Two who are a metre apart; the second comes half a second later."""
+    """Two performers a metre apart; the second begins half a second later."""
     first, second = (random_poses(np.random.default_rng(k), seconds=1.0) for k in range(2))
     moved = replace(second, positions_m=second.positions_m + np.array([1.0, 0.4, 0.0]))
     return [first, replace(moved, time_s=moved.time_s + 0.5)]
@@ -44,7 +44,7 @@ def scene(performers: list[Poses], path: Path, **options: object) -> Path:
 
 
 def own(back: ReadBack, space: str) -> ReadBack:
-    """What was read of one performer, by the namespace."""
+    """The part of the reading that belongs to one performer, by the namespace."""
     rows = [i for i, name in enumerate(back.names) if name.startswith(space)]
     return replace(
         back,

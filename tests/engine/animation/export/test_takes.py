@@ -1,4 +1,4 @@
-"""Several takes in one FBX, and takes at a time of day."""
+"""Several takes in one FBX, and takes with a time of day."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Skeletons of the targets: names, order, axes, and where the performer's path is."""
+"""Skeletons of the targets: names, order, axes, and which joint has the performer's path."""
 
 import numpy as np
 import pytest
@@ -67,7 +67,7 @@ def test_unreal_has_the_mannequins_bones_in_their_order() -> None:
 
 
 def test_unreal_axes() -> None:
-    """x along the bone (against it on the right arm and the left leg); y and z as the mannequin has them."""
+    """x along the bone (against it on the right arm and the left leg); y and z as in the mannequin."""
     motion = clip(t_pose(), ExportOptions(target="unreal"))
     for name, x, y in (
         ("root", _LEFT, -_FORWARD), ("pelvis", _UP, -_FORWARD), ("head", _UP, -_FORWARD),

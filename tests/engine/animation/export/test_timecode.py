@@ -1,4 +1,4 @@
-"""Timecode in exported files, as programs not written here read it: bvhio, ezc3d, usd-core, OpenTimelineIO, ufbx."""
+"""Timecode in exported files, as independent programs read it: bvhio, ezc3d, usd-core, OpenTimelineIO, ufbx."""
 
 import csv
 from dataclasses import replace
@@ -21,14 +21,14 @@ DROP = RATES["29.97df"]
 
 @pytest.fixture
 def poses() -> Poses:
-    """Two seconds at stage times that begin at no whole number."""
+    """Two seconds at stage times that begin at a fraction."""
     made = random_poses(np.random.default_rng(4), seconds=2.0)
     return replace(made, time_s=made.time_s + 41.337)
 
 
 @pytest.fixture
 def timecodes(poses: Poses) -> TimecodeCourse:
-    """Its first frame is the last before a number that drop-frame leaves out."""
+    """Timecode whose first frame is the last before a number that drop-frame leaves out."""
     return counted_from(Timecode.parse("00:00:59;29", DROP), poses.begins_s)
 
 

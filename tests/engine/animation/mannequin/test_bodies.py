@@ -1,4 +1,4 @@
-"""The mannequin's other bodies: of the same joints, closed, and of another form."""
+"""The mannequin's other bodies: same joints, closed, different shape."""
 
 import numpy as np
 import pytest

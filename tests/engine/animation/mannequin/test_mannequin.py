@@ -1,4 +1,4 @@
-"""The mannequin: closed, smooth-weighted, on the skeleton, for performers of every size."""
+"""The mannequin: closed, smoothly weighted, fitted to the skeleton, for performers of every size."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from tests.refused import refused
 
 
 def rest_positions(stature_m: float = 1.75) -> np.ndarray:
-    """T-pose of the tests' performer scaled to a stature, file axes [m]."""
+    """T-pose of the tests' performer, scaled to a stature, file axes [m]."""
     rest = rest_offsets_m()
     for joint, parent in enumerate(OUTPUT_PARENTS):
         if parent >= 0:
@@ -31,7 +31,7 @@ def rest_positions(stature_m: float = 1.75) -> np.ndarray:
 
 
 def bend(rest, angles_deg):
-    """Positions and rotations of a pose, of rotation vectors [deg] by joint."""
+    """Positions and rotations of a pose that is given as rotation vectors [deg] by joint."""
     rotations, positions = np.empty((52, 3, 3)), rest.copy()
     for joint, parent in enumerate(OUTPUT_PARENTS):
         own = Rotation.from_rotvec(angles_deg.get(OUTPUT_JOINTS[joint], (0, 0, 0)), degrees=True).as_matrix()
@@ -70,7 +70,7 @@ def test_every_part_is_closed_and_faces_outwards(mesh):
 @pytest.mark.parametrize("shape", [ARM, LEG], ids=["elbow", "knee"])
 @pytest.mark.parametrize("stature_m", [1.1, 1.75, 2.0])
 def test_the_ball_of_a_bending_joint_lies_under_the_surface_at_rest(shape, stature_m):
-    """Where both surfaces lay as far out, they would show in turns."""
+    """Surfaces at the same distance would alternate in the picture."""
     rig = MannequinRig.of(OUTPUT_JOINTS, rest_positions(stature_m))
     tube, _, ball, _ = limb(rig, shape, "Left")
     joint = rig.at(f"Left{shape.roles[1]}")
@@ -131,7 +131,7 @@ def test_a_sharp_bend_keeps_the_joints_inside_the_body(mesh, angle):
 
 
 def first_hit(points, triangles, origin, direction):
-    """Distance at which a ray last leaves the surface nearby [m]; 0 where it meets none (Moeller & Trumbore)."""
+    """Distance at which a ray last leaves the surface nearby [m]; 0 if it meets none (Moeller & Trumbore)."""
     near = np.linalg.norm(points - origin, axis=1) < 0.25
     chosen = triangles[near[triangles].all(axis=1)]
     a, b, c = (points[chosen[:, k]] for k in range(3))

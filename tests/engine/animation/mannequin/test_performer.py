@@ -1,4 +1,4 @@
-"""The mannequin of poses, also of imported animations that lack joints of the output skeleton."""
+"""The mannequin of poses, including imported animations that lack joints of the output skeleton."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ _LACKING = ("Spine", "Neck", "LeftShoulder", "RightShoulder")
 
 
 def lacking(poses: Poses, fingers: tuple[str, ...]) -> Poses:
-    """Poses without some of the spine, the clavicles, and all fingers but some."""
+    """Poses without part of the spine, the clavicles, and most fingers."""
     kept = [
         index for index, name in enumerate(OUTPUT_JOINTS)
         if name not in _LACKING and (name.partition("Hand")[2] in ("", *fingers))

@@ -1,4 +1,4 @@
-"""Whether a canonical motion could be a human's: figures over all frames."""
+"""Figures over all frames that show whether a canonical motion is humanly possible."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from studio.engine.model.joints import CANONICAL, INDEX, PARENTS
 
 
 def figures(motion: CanonicalMotion) -> dict[str, float]:
-    """Return slide of standing toes, lowest foot joint, change of bones, speeds and knees."""
+    """Return slide of standing toes, lowest foot joint, change of bone lengths, speeds and knees."""
     positions, rate = motion.positions_m, 1 / motion.frame_s
     speed = np.linalg.norm(np.diff(positions, axis=0), axis=-1) * rate
     toes = [INDEX["left_toe"], INDEX["right_toe"]]
@@ -35,7 +35,7 @@ def figures(motion: CanonicalMotion) -> dict[str, float]:
 
 
 def _knee_forward(positions: np.ndarray, side: str) -> float:
-    """The least distance of a knee before the line from hip to ankle, along the way that the body faces."""
+    """Least distance of a knee in front of the middle between hip and ankle, along the body's forward direction."""
     hip, knee, ankle = (positions[:, INDEX[f"{side}_{j}"]] for j in ("hip", "knee", "ankle"))
     lateral = positions[:, INDEX["left_hip"]] - positions[:, INDEX["right_hip"]]
     forward = np.cross(lateral, [0.0, 0.0, 1.0])

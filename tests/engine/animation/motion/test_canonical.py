@@ -76,7 +76,7 @@ SETS = {"punches_2_cameras": "02_05", "jumps_2_cameras": "49_02",
 
 @pytest.mark.parametrize("name", SETS)
 def test_cmu_joints_are_those_of_the_recordings_made_apart(test_data, name):
-    """The first truth row is the skeleton with zero rotations: every joint must be the same BVH joint."""
+    """The first truth row is the skeleton with zero rotations: every joint must match the BVH joint."""
     with open(test_data / "noisy_joints" / name / "truth" / "joints.csv", newline="") as file:
         row = next(csv.DictReader(file))
     truth = np.array([[float(row[f"{joint}_{axis}"]) for axis in "xyz"] for joint in CANONICAL])

@@ -105,4 +105,4 @@ EXPECTED: dict[str, str] = {
     "asf": "root=Hips lowerneck=Neck lhipjoint= lfemur=LeftUpLeg rtibia=RightLeg lclavicle=LeftShoulder "
     "lhumerus=LeftArm lwrist=LeftHand lhand=LeftHandMiddle1 rtoes=RightToeBase",
 }
-"""Rig -> `joint=role` of the joints that tell it apart, blanks in names as underscores."""
+"""Rig -> `joint=role` of the joints that identify the rig, blanks in names as underscores."""

@@ -1,4 +1,4 @@
-"""Animation files read back: what was exported is what is read, by each reader; bad files are one clear error."""
+"""Animation files read back: each reader returns what was exported; bad files give one clear error."""
 
 import json
 import struct
@@ -70,7 +70,7 @@ def test_a_skeleton_comes_back_as_it_was(files, poses, kind):
     [("glb", "mixamo"), ("glb", "unreal"), ("bvh", "vrm"), pytest.param("fbx", "unreal", marks=UFBX)],
 )
 def test_every_target_is_known_again(tmp_path, poses, kind, target):
-    """Names, helper bones, bone axes and a root bone of other programs: the same poses come back."""
+    """Names, helper bones, bone axes and a root bone of other programs: the same poses are read back."""
     export(poses, tmp_path / f"t.{kind}", kind, target=target, root_motion="root")
     back, notes = imported_poses(tmp_path / f"t.{kind}", unit_m=0.01 if kind == "bvh" else None)
     assert "52 of known role" in notes[0]
@@ -114,7 +114,7 @@ def test_markers_alone_tell_the_joints_roughly(files, poses):
 
 
 def test_an_a_pose_that_faces_elsewhere_is_brought_to_the_t_pose(tmp_path, poses):
-    """A BVH whose rest pose has arms at 45 degrees and faces +x: poses stand as they do in the file."""
+    """A BVH whose rest pose has arms at 45 degrees and faces +x is read with the poses that the file shows."""
     from tests.engine.animation.motion.bvh_files import MIXAMO, bvh_text, channel_count
 
     turned = {}
@@ -194,7 +194,7 @@ def glb(tree: dict, binary: bytes = b"") -> bytes:
 
 
 def rig(**changes) -> tuple[dict, bytes]:
-    """A smallest animated file: hips that move over two keys."""
+    """A minimal animated file: hips that move over two keys."""
     binary = struct.pack("<2f", 0, 1) + struct.pack("<6f", 0, 1, 0, 0, 1, 1)
     tree = {
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"name": "Hips"}],

@@ -1,4 +1,4 @@
-"""Joint roles by name, in the schemes of common rigs."""
+"""Joint roles by name, in the naming schemes of common rigs."""
 
 import pytest
 

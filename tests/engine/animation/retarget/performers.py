@@ -1,4 +1,4 @@
-"""A performer who squats and bends and claps, feet flat on one place: every angle known."""
+"""A performer who squats, bends and claps, feet flat on one place: every angle is known."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from tests.poses_factory import make_poses
 
 
 def squatting(frames: int = 61, lift_m: float = 0.0) -> Poses:
-    """Return two squats with the elbows bending and the hands meeting in front; the feet stand `lift_m` too high."""
+    """Return two squats in which the elbows bend and the hands meet in front; the feet stand `lift_m` too high."""
     t = np.linspace(0.0, 1.0, frames)
     knee, elbow, forward = 0.6 - 0.55 * np.cos(4 * np.pi * t), 0.1 + 0.9 * t, 1.5 * t
     local = np.zeros((frames, 52, 4))

@@ -1,4 +1,4 @@
-"""Rigs of other people's making: a target's bones with other proportions, in a T-pose or an A-pose, as files."""
+"""Rigs as other people make them: a target's bones with other proportions, in a T-pose or an A-pose, as files."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ BODIES: dict[str, dict[str, float]] = {
     "short legs": {"Leg": 0.65, "Foot": 1.3},
     "giant": {"": 1.4, "Leg": 1.1, "Foot": 0.8, "Shoulder": 1.5},
 }
-"""Name -> factors of lengths: "" of all, then of the bones below a part's first joint."""
+"""Name -> factors of lengths: "" for all bones, then for the bones below a part's first joint."""
 
 A_POSE = {"Arm": 45.0, "UpLeg": 8.0}
 """Degrees by which arms hang and legs spread in an A-pose."""
@@ -73,7 +73,7 @@ def _below(motion: LocalMotion, joint: int) -> list[int]:
 def write_rig(
     path: Path, poses: Poses, target: str = "humanik", body: str = "own", a_pose: bool = False
 ) -> Path:
-    """Write a rig as a file of the kind that its ending names; return the file."""
+    """Write a rig as a file of the format that its suffix names; return the file."""
     motion = rig_motion(poses, target, body, a_pose)
     format = path.suffix[1:]
     EXPORTERS[format].write(motion, path, ExportOptions(mesh=False))

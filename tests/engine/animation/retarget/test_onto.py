@@ -1,4 +1,4 @@
-"""Files written onto rigs, mappings that are kept, and rigs that are refused."""
+"""Files written onto rigs, mappings that are kept, and refused rigs."""
 
 import json
 from collections.abc import Callable
@@ -98,7 +98,7 @@ def test_a_saved_mapping_is_used_again(tmp_path: Path) -> None:
     mapping_path(elsewhere).write_bytes(mapping_path(path).read_bytes())
     with refused(FormatError, "rig.other_bones"):
         open_rig(elsewhere)
-    keep_rig(path.read_bytes(), elsewhere)  # with the bones that the mapping there is for
+    keep_rig(path.read_bytes(), elsewhere)  # with the bones that the mapping there is meant for
     assert "Head" not in open_rig(elsewhere).mapping.joints
 
 

@@ -1,4 +1,4 @@
-"""Motions on rigs of other proportions: feet on the floor and still, no limb bent to the other side."""
+"""Motions on rigs of other proportions: feet still and on the floor, no limb bent the wrong way."""
 
 from pathlib import Path
 
@@ -22,7 +22,7 @@ LIMBS = [(s + a, s + b, s + c) for s in ("Left", "Right")
 
 
 def places(motion: LocalMotion) -> dict[str, np.ndarray]:
-    """World positions by role, and by name where a bone has none [m]."""
+    """World positions by role, or by name where a bone has none [m]."""
     world, _ = world_poses(motion.parents, motion.local_positions_m(), motion.rotations_wxyz)
     return {role or motion.joint_names[j]: world[:, j] for j, role in enumerate(motion.roles)}
 

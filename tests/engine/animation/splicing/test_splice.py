@@ -1,4 +1,4 @@
-"""Walks are spliced at any place: feet do not slide, velocity does not jump, and nobody turns about."""
+"""Walks are spliced at any place: feet do not slide, velocity does not jump, and nobody turns around."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -25,14 +25,14 @@ RATE_HZ = 60
 
 @pytest.fixture(scope="module")
 def walks(test_data: Path) -> list[Poses]:
-    """Two walks of two people of one size; the first frames are a T-pose."""
+    """Two walks of two people of the same size; the first frames are a T-pose."""
     files = [test_data / "mocap" / f"{name}.bvh" for name in ("02_01", "49_01")]
     poses = [imported_poses(file, unit_m=CMU_M, progress=lambda share: None)[0] for file in files]
     return [frames_of(resampled(one, RATE_HZ)[0], slice(3, None)) for one in poses]
 
 
 def slide_cm_s(poses: Poses, rows: slice = slice(None)) -> float:
-    """Mean speed of standing feet over the floor, stances as `foot_slides_cm_s` has them."""
+    """Mean speed of standing feet over the floor, with the stances of `foot_slides_cm_s`."""
     feet = feet_of(poses)
     speed = np.linalg.norm(np.gradient(feet, 1 / RATE_HZ, axis=0)[..., :2], axis=2)
     stands = stance_of(feet, poses.time_s)[rows]
@@ -40,14 +40,14 @@ def slide_cm_s(poses: Poses, rows: slice = slice(None)) -> float:
 
 
 def jump_m_s(poses: Poses, rows: slice = slice(None)) -> float:
-    """99th percentile of how much the velocities of joints change from frame to frame."""
+    """99th percentile of the change of joint velocities from frame to frame."""
     changes = RATE_HZ * np.diff(poses.positions_m[rows], n=2, axis=0)
     return float(np.percentile(np.linalg.norm(changes, axis=2), 99))
 
 
 def bars(first: Poses, second: Poses, made: Spliced) -> tuple[float, float]:
-    """How much more feet slide in the seam than in the parts [cm/s], and the jump of velocity there as a share of the
-    parts': of all of them, or of what was blended."""
+    """How much more feet slide in the seam than in the parts [cm/s], and the jump of velocity in the seam relative to
+    the largest in the parts: over a whole part, or over its blended frames."""
     ((begin_s, end_s),) = made.seams_s
     rows = slice(int(begin_s * RATE_HZ) - 2, int(end_s * RATE_HZ) + 2)
     count = rows.stop - rows.start

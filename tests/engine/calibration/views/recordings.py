@@ -1,4 +1,4 @@
-"""Recordings of ordinary cameras among the outside data, as views, and how far found cameras are from the truth."""
+"""Recordings of ordinary cameras in the outside data, as views, and how far found cameras are from the truth."""
 
 import json
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Truth:
-    """True cameras: lens and T_camera_world by name, and how far what each shows is ahead of its stamps [s]."""
+    """True cameras: lens and T_camera_world by name, and how far its pictures are ahead of its stamps [s]."""
 
     lenses: dict[str, Lens]
     T_camera_world: dict[str, Array]
@@ -69,7 +69,7 @@ def views_of(
 
 
 def walk(test_data: Path, name: str, every: int = 1) -> list[View]:
-    """Return the views of a recorded walk; of every n-th frame only."""
+    """Return the views of a recorded walk, with every n-th frame only."""
     folder = folder_of(test_data, name)
     names = [*json.loads((folder / "truth" / "cameras.json").read_text())]
     with np.load(folder / "landmarks.npz") as data:
@@ -103,7 +103,7 @@ def landmarks_m(test_data: Path, name: str) -> Array:
 
 
 def error_of(result: ViewsResult, truth: Truth, landmarks: Array) -> Error:
-    """Return how far cameras are from the truth; landmarks: true points that all see [m], shape (..., 3)."""
+    """Return how far cameras are from the truth; landmarks: true points that all cameras see [m], shape (..., 3)."""
     names = [*result.cameras]
     first, true_first = result.cameras[names[0]].T_stage_camera, truth.T_camera_world[names[0]]
     found = [invert_transform(first) @ result.cameras[n].T_stage_camera for n in names]

@@ -1,4 +1,4 @@
-"""A person walking round a stage before ordinary cameras, with landmarks that err as those of a pose network do."""
+"""A person who walks round a stage in front of ordinary cameras, with the landmark errors of a pose network."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,7 @@ def walker(times_s: Array, *, radius_m: float = 1.2, swing: float = 0.5, seated:
 
 
 def _turn(body: Array, names: list[str], about: str, angle: float) -> None:
-    """Turn joints about another one, forwards (-y) by an angle."""
+    """Turn joints about another joint, by an angle towards the front (-y)."""
     centre = body[INDEX[about]]
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
@@ -80,8 +80,8 @@ def view_of(
     """Return what a camera sees.
 
     Args:
-        error_m: standard deviation of landmarks across the line of sight, which lasts over some frames.
-        guess_deg: how far the network's guess of the body is turned about, for all frames.
+        error_m: standard deviation of landmarks across the line of sight; an error lasts over some frames.
+        guess_deg: turn of the network's guess of the body about the camera's y axis, in all frames.
     """
     rng = np.random.default_rng(seed)
     times = np.arange(0.0, seconds, 1.0 / RATE_HZ)

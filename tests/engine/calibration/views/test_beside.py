@@ -1,4 +1,4 @@
-"""Ordinary cameras that are placed by the skeleton that depth cameras see, before a simulated walker."""
+"""Ordinary cameras placed by the skeleton of depth cameras, in front of a simulated walker."""
 
 from dataclasses import replace
 from functools import cache
@@ -33,7 +33,7 @@ def seen() -> list[SeenLandmarks]:
 
 
 def view_of(camera: SeenLandmarks) -> View:
-    """The camera's landmarks; its clock begins with them."""
+    """The camera's landmarks; its clock begins at the first one."""
     used = [
         (t, picture) for t, picture in zip(camera.device_time_ns, camera.pictures, strict=True) if picture
     ]

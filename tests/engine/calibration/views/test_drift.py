@@ -25,12 +25,12 @@ Frames = dict[str, list[CameraFrame]]
 
 
 def clock_s(camera: int, ppm: float, time_s: float) -> float:
-    """What a camera's clock shows at a time: each is later and faster than the one before it."""
+    """Reading of a camera's clock at a time: each clock is later and faster than the one before it."""
     return (time_s - LATE_S * camera) * (1.0 + ppm * 1e-6 * camera)
 
 
 def long_take(ppm: float, cameras: int, *, jump_s: float = 0.0) -> Frames:
-    """A walk, and others later, each with errors of its own; the second camera's clock jumps at 120 s."""
+    """A walk, and later ones, each with its own errors; the second camera's clock jumps at 120 s."""
     frames: Frames = {}
     for c in range(cameras):
         name, mine = f"c{c}", []
@@ -56,7 +56,7 @@ def errors_ms(calibration: Calibration, camera: int, ppm: float, *times_s: float
 
 @cache
 def drifting(ppm: float, cameras: int) -> tuple[Frames, Calibration]:
-    """A long take, and what its walk is calibrated to."""
+    """A long take, and the calibration of its walk."""
     frames = long_take(ppm, cameras)
     return frames, calibrate(frames, until_s=UNTIL_S, height_m=HEIGHT_M)
 
@@ -91,7 +91,7 @@ def test_a_clock_that_jumped_is_told_and_left_as_it_was() -> None:
 
 
 def test_what_tells_nothing_changes_nothing() -> None:
-    """A short take, a camera whose performer has left, a refused one, and a single one."""
+    """A short take, a camera whose performer has left, a refused camera, and a single one."""
     frames, found = drifting(-200.0, 2)
     short = {name: mine[:450] for name, mine in frames.items()}
     assert follow_views(found, short, UNTIL_S) is found

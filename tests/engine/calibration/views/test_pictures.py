@@ -1,4 +1,4 @@
-"""Takes and stages of ordinary cameras: their frames are calibrated as views."""
+"""Takes and stages of ordinary cameras, whose frames are calibrated as views."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -101,7 +101,7 @@ def t_pose_before(camera: CameraCalibration) -> np.ndarray:
 
 
 def seen_in(camera: CameraCalibration, name: str, k: int) -> CameraFrame:
-    """A T-pose before the middle of a calibrated stage, in a picture with a little noise."""
+    """A T-pose in the middle of a calibrated stage, in a picture with a little noise."""
     assert camera.lens is not None
     local = t_pose_before(camera)
     pixels = camera.lens.pixels_of(local) + np.random.default_rng(k).normal(0.0, 1.0, (JOINT_COUNT, 2))
@@ -113,7 +113,7 @@ def seen_in(camera: CameraCalibration, name: str, k: int) -> CameraFrame:
 
 
 def seen_by_depth(camera: CameraCalibration, k: int) -> CameraFrame:
-    """The same T-pose before a depth camera at a camera's place."""
+    """The same T-pose, seen by a depth camera at a camera's place."""
     device_ns = k * 33_000_000 - camera.clock.offset_ns
     return CameraFrame("deep", k, device_ns, t_pose_before(camera), np.ones(JOINT_COUNT))
 

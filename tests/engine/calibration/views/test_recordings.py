@@ -69,7 +69,7 @@ def test_known_lenses_make_cameras_better(test_data: Path, count: int) -> None:
 
 
 def test_focal_lengths_known_to_a_share_are_refined(test_data: Path) -> None:
-    """Given 2 % off, with a deviation of 2 %, they come nearer; given exactly, they stay."""
+    """Given 2 % off, with a deviation of 2 %, they get nearer; given exactly, they stay."""
     views = known(test_data, WALKS[0], walk(test_data, WALKS[0], every=2))
     off = [
         replace(
@@ -140,7 +140,7 @@ def test_a_performer_who_stands_still_is_refused(test_data: Path) -> None:
 
 
 def test_clocks_that_are_known_are_refined_within_their_bound(test_data: Path) -> None:
-    """A true offset of 83 ms is found inside the bound, and not left outside one that is too narrow."""
+    """A true offset of 83 ms is found within a wide bound; with too narrow a bound, the result stays near it."""
     views = walk(test_data, WALKS[1], every=2)[:2]
     wide = calibrate_views([replace(view, clock_within_s=0.1) for view in views])
     assert wide.verdict != "refused", wide.reasons

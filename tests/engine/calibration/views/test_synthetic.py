@@ -1,4 +1,4 @@
-"""Ordinary cameras before a simulated walker: what is found, and what is refused."""
+"""Ordinary cameras in front of a simulated walker: what is found, and what is refused."""
 
 from dataclasses import replace
 from functools import cache
@@ -81,7 +81,7 @@ def test_what_is_uncertain_is_said(found: ViewsResult) -> None:
 
 @pytest.fixture(scope="module")
 def with_lenses() -> tuple[ViewsResult, list[float]]:
-    """Two cameras whose lenses are known, and the progress that was told."""
+    """Two cameras with known lenses, and the reported progress."""
     done: list[float] = []
     return calibrate_views(rig(knows_lens=True), progress=done.append), done
 

@@ -1,4 +1,4 @@
-"""Phones that are held differently: one in portrait, the others in landscape."""
+"""Phones in different orientations: one in portrait, the others in landscape."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -11,11 +11,11 @@ from tests.engine.calibration.views.recordings import error_of, landmarks_m, tru
 
 WALK = "walk_4_cameras"
 WIDER = 0.5
-"""The focal length of a phone in landscape, as a share: the whole body must fit in its lower picture."""
+"""Focal length of a phone in landscape, as a share: the whole body must fit in its lower picture."""
 
 
 def in_landscape(view: View) -> View:
-    """The same place and direction, with a wider lens and a picture that lies."""
+    """The same place and direction, with a wider lens and a picture in landscape."""
     middle = np.array([view.width, view.height]) / 2
     pixels = (view.pixels - middle) * WIDER + middle[::-1]
     return replace(view, pixels=pixels, width=view.height, height=view.width)

@@ -1,4 +1,4 @@
-"""The bars of the calibration of ordinary cameras, on real videos; the landmarks are found in them first."""
+"""The bars of the calibration of ordinary cameras, on real videos, in which the landmarks are found first."""
 
 import json
 from dataclasses import replace

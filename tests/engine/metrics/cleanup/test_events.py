@@ -1,4 +1,4 @@
-"""Clean-up events that are planted, each with its time, joint and size."""
+"""Planted clean-up events, each with its time, joint and size."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ REST = {
 
 
 def standing(count=COUNT):
-    """Canonical joints of a body at rest [m], shape (count, 21, 3): arms away from the trunk, limbs bent a little."""
+    """Canonical joints of a body at rest [m], shape (count, 21, 3): arms away from the trunk, limbs slightly bent."""
     out = np.empty((JOINT_COUNT, 3))
     for name, joint in INDEX.items():
         side, _, part = name.rpartition("_")
@@ -42,7 +42,7 @@ def shown(positions, rotations=None, time=TIME):
 
 
 def swaying(time=TIME):
-    """The body at rest carried along a cubic of time, which no detector may take for anything."""
+    """The body at rest moved along a cubic of time, in which no detector may find an event."""
     t = (time - time.mean())[:, None, None]
     return standing(len(time)) + (0.3 * t - 0.05 * t**2 + 0.04 * t**3) * np.array([0.6, 0.8, 0.0])
 
@@ -77,7 +77,7 @@ def test_a_spike_under_5_cm_or_one_that_the_reference_has_is_no_pop():
     assert joint_pops(shown(motion), None) == []
     motion[200, INDEX["left_wrist"], 1] += 0.3
     late = swaying()
-    late[206, INDEX["left_wrist"], 1] += 0.35  # the reference has it 50 ms later
+    late[206, INDEX["left_wrist"], 1] += 0.35  # in the reference 50 ms later
     assert len(joint_pops(shown(motion), swaying())) == 1
     assert joint_pops(shown(motion), late) == []
 
@@ -130,7 +130,7 @@ def test_an_elbow_that_turns_over_is_a_flip():
     assert (event.kind, event.joint, event.unit) == ("limb_flip", "left_elbow", "deg")
     assert event.size == pytest.approx(180.0, abs=1e-6)
     assert abs(event.peak_s - TIME[300]) < 0.1
-    assert limb_flips(shown(motion), motion) == []  # the reference does it too
+    assert limb_flips(shown(motion), motion) == []  # so in the reference, too
 
 
 def test_a_limb_that_swings_does_not_flip():
@@ -189,7 +189,7 @@ def test_what_is_under_the_floor_is_told_by_its_depth(depth_cm, first, frames):
 
 
 def test_a_heel_that_tips_goes_under_the_floor_with_its_sole():
-    """The ankle stays at 8 cm over a foot that tips by 30 degrees: the heel under it rises, no penetration."""
+    """The ankle stays at 8 cm above a foot that tips by 30 degrees: the heel under it rises, no penetration."""
     turns = np.tile(np.eye(3), (COUNT, JOINT_COUNT, 1, 1))
     turns[:, INDEX["left_ankle"]] = Rotation.from_euler("x", 30, degrees=True).as_matrix()
     assert floor_penetrations(shown(standing(), turns)) == []
@@ -230,12 +230,12 @@ def test_a_forearm_in_the_trunk():
     assert event.size == pytest.approx(100 * ((0.058 + 0.020) * height - 0.02), abs=1e-9)
     assert (
         self_penetrations(shown(motion), motion) == []
-    )  # where the reference is as deep, nothing is to mend
+    )  # where the reference is as deep, there is nothing to correct
 
 
 @pytest.mark.parametrize(("seconds", "count"), [(0.25, 0), (0.5, 1), (2.0, 1)])
 def test_an_arm_that_stops(seconds, count):
-    """The reference's wrist moves at 50 cm/s and more; the solve's stays for a while."""
+    """The reference's wrist moves at 50 cm/s or more; the solve's stays in place for a while."""
     moving = standing()
     swing = 0.25 * np.sin(2 * np.pi * 1.0 * (TIME - TIME[0]))[:, None] * np.array([0.0, 1.0, 0.0])
     for name in ("left_elbow", "left_wrist", "left_hand"):

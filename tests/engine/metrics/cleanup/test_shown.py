@@ -1,4 +1,4 @@
-"""The animation as it is played: at its keys the poses, between them the motion that the keys came from."""
+"""The animation as it is played: the poses at its keys, and between them the motion that the keys were made from."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def test_at_its_keys_it_is_the_solve(hz):
 
 
 def test_between_its_keys_it_follows_the_motion():
-    """A motion at 120 Hz, exported at 60 Hz: in between it is within a millimetre of the frames left out."""
+    """A motion at 120 Hz, exported at 60 Hz, is within a millimetre of the frames that were left out."""
     fine = random_poses(np.random.default_rng(5), seconds=2.0, hz=120.0)
     coarse = random_poses(np.random.default_rng(5), seconds=2.0, hz=60.0)
     shown = shown_animation(coarse)

@@ -1,4 +1,4 @@
-"""Hinge angles of a pose: the inverse of forward kinematics."""
+"""Hinge angles of a pose, as the inverse of forward kinematics."""
 
 import mujoco
 import numpy as np

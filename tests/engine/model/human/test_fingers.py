@@ -1,4 +1,4 @@
-"""The full humanoid: fingers are bodies, coupled joints stay together when MuJoCo simulates it."""
+"""The full humanoid: fingers are bodies, and coupled joints stay together in MuJoCo's simulation."""
 
 import time
 
@@ -68,7 +68,7 @@ def test_couplings_name_hinges_whose_ranges_allow_them():
 
 @pytest.mark.parametrize("height_m", [0.9, 1.78, 2.3])
 def test_couplings_hold_in_simulation(height_m):
-    """Muscles pull at the leading joints for a second, against the joints' own damping."""
+    """Muscles pull at the leading joints for a second, against the joints' damping."""
     body = full(height_m)
     model, size = body.model, (height_m / 1.78) ** 4
     model.opt.timestep, model.opt.gravity[:] = 0.002, 0.0

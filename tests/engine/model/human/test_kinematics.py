@@ -1,4 +1,4 @@
-"""Positions and Jacobians in one go: against MuJoCo's own and finite differences."""
+"""Positions and Jacobians in one call, against MuJoCo's own and finite differences."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""Masses: plausible for any stature, each inertia one that a real body can have."""
+"""Masses are plausible for any stature, and a real body can have each inertia."""
 
 import mujoco
 import numpy as np

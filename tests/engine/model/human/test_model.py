@@ -1,4 +1,4 @@
-"""The humanoid: it stands as its performer, mirrors itself, and its limits scale with flexibility."""
+"""The humanoid: it stands like its performer, mirrors itself, and its limits scale with flexibility."""
 
 import itertools
 
@@ -31,7 +31,7 @@ def mirror_q(q):
     for name, place in at.items():
         swap = {"Left": "Right", "Right": "Left"}
         other = next((swap[s] + name[len(s) :] for s in swap if name.startswith(s)), name)
-        if other == name:  # about x the turn stays, about y and z it is the other way
+        if other == name:  # about x the turn stays, about y and z it is reversed
             out[place] = q[place] * [1 if abs(dof.axis[0]) == 1 else -1 for dof in dofs_of(name)]
         else:
             out[place] = q[at[other]]

@@ -45,7 +45,7 @@ def test_flexibility_scales_but_for_a_straight_knee():
 
 
 def test_spans_of_shared_joints_add_up_to_the_sources():
-    """AAOS for the back but for its bending (White & Panjabi: 150), AMA for the neck, added up."""
+    """Sums of AAOS for the back, except its bending (White & Panjabi: 150), and of AMA for the neck."""
     spine = [dofs_of(name) for name in ("Spine", "Spine1", "Spine2")]
     neck = [dofs_of(name) for name in ("Neck", "Head")]
     for joints, spans in ((spine, ((50, 100), (35, 35), (45, 45))), (neck, ((60, 50), (45, 45), (80, 80)))):

@@ -1,4 +1,4 @@
-"""The output skeleton at rest: as the performer, mirrored, with human hands; kinematics agree with MuJoCo."""
+"""The output skeleton at rest: like the performer, mirrored, with human hands; kinematics agree with MuJoCo."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""Switches: every value parses, every other is refused with what is allowed, JSON keeps them."""
+"""Switches: every value parses, every other is refused with the allowed ones, JSON keeps them."""
 
 import json
 from dataclasses import fields
@@ -21,7 +21,7 @@ from studio.engine.model.settings.switches import Effector
 from tests.engine.switch_values import CHOICES, RANGES
 from tests.refused import refused
 
-# What scripts outside rely on.
+# Names and values that outside scripts rely on.
 DESIGN = {
     "tracker": ("client", "per_camera", "points"),
     "refine_cameras": ("off", "given", "all"),

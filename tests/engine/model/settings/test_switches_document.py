@@ -16,7 +16,7 @@ SECTIONS = dict(re.findall(r"^### `(\w+)`\n(.*?)(?=^##|\Z)", TEXT, re.MULTILINE 
 
 
 def rows(text):
-    """Cells of a Markdown table's rows, without its head."""
+    """Cells of a Markdown table's rows, without its header."""
     lines = [line for line in text.splitlines() if line.startswith("|")]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
 
@@ -32,7 +32,7 @@ def as_written(value):
 
 
 def by_joint(section, default):
-    """Numbers by joint of a section's table: `elbow, hand` name sides alike, `all others` the rest."""
+    """Numbers by joint of a section's table: `elbow, hand` names both sides alike, `all others` the rest."""
     given = {name: float(number) for names, number in rows(section)[2:] for name in re.findall(r"\w+", names)}
     rest = given["others"]
     return {name: given.get(name.split("_")[-1], rest) for name in default}

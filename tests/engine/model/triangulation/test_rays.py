@@ -18,7 +18,7 @@ JOINTS = anthropometric_positions(1.75)
 SURE = np.ones(21)
 NOT_SHOWN = [INDEX["hips"], INDEX["neck"]]
 BETWEEN_M = 3e-3
-"""What lies between joints in a picture is so near to what lies between them on the stage, 4 m away."""
+"""Largest distance of points between joints in a picture from those between them on the stage, 4 m away."""
 
 UP_M = np.array([0.0, 0.0, 0.5])
 
@@ -133,7 +133,7 @@ def test_a_frame_set_has_the_joints_on_their_rays_and_says_so():
 
 @pytest.mark.parametrize(("hips_m", "neck_m"), [(0.0, 0.0), (0.12, -0.07), (0.03, 0.12)])
 def test_hips_and_neck_of_pictures_are_where_the_body_has_them(hips_m: float, neck_m: float):
-    """A picture shows hip joints and shoulders; where hips and neck are is a matter of the body."""
+    """A picture shows hip joints and shoulders; the places of hips and neck depend on the body."""
     joints = JOINTS.copy()
     for name, other, up_m in (("hips", "left_hip", hips_m), ("neck", "left_shoulder", neck_m)):
         joints[INDEX[name]] = [0.0, 0.0, JOINTS[INDEX[other], 2] + up_m]

@@ -1,4 +1,4 @@
-"""Whose each cell of an image is, and who stands within one cluster."""
+"""Which person each cell of an image belongs to, and who stands within one cluster."""
 
 import numpy as np
 
@@ -10,12 +10,12 @@ from studio.engine.seeing.images.clusters import Clusters, clusters_of
 def test_a_cell_between_bodies_is_of_the_one_that_it_hangs_together_with():
     labels = np.zeros((1, 9), np.int32)
     depth = np.full((1, 9), 2.0)
-    depth[0, 5:] = 2.5  # the other one stands behind
+    depth[0, 5:] = 2.5  # the other person stands behind
     cells = np.stack([np.zeros(9, np.int64), np.arange(9)], axis=1)
     distance = np.full((9, 2), 0.3)
     distance[0] = 0.0, 0.4
     distance[8] = 0.4, 0.0
-    distance[4] = 0.3, 0.1  # a hand before the other one's chest
+    distance[4] = 0.3, 0.1  # a hand in front of the other person's chest
     owner = shared_out(depth, labels, cells, distance, 0.07, 0.04)
     assert owner.tolist() == [0] * 5 + [1] * 4
 
@@ -28,7 +28,7 @@ def test_a_cluster_that_nobody_surely_has_is_of_the_nearest():
 
 
 def picture(*boxes):
-    """Points, depth and clusters of upright boards in the plane y = 3: (left, right, low, high) each [m]."""
+    """Points, depth and clusters of upright boards in the plane y = 3: (left, right, low, high), each [m]."""
     rows, columns = 120, 200
     angle = 0.02 / 3.0
     x = (np.arange(columns) - columns / 2) * 0.02

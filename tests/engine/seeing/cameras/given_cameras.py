@@ -1,9 +1,10 @@
 """`python -m tests.engine.seeing.cameras.given_cameras [--draws N] [--performers N]`: cameras that are a little off.
 
-The performers for scoring wash, comb and fold their arms before two Kinect v2. The cameras are given 4 mm and 0.15
-degrees off (standard deviation on each axis). A line a run: how far limbs and wrists are off with the cameras as
-given and refined, mean over the frames after the T-pose and one rigid alignment of the run, as `studio evaluate` does
-it; and how far apart the two cameras place what is at the performer's place. The first runs have exact cameras.
+The performers for scoring wash, comb and fold their arms in front of two Kinect v2. The cameras are given 4 mm and
+0.15 degrees off (standard deviation on each axis). Each run prints one line: how far limbs and wrists are off with
+the cameras as given and refined, as the mean over the frames after the T-pose and one rigid alignment of the run, as
+in `studio evaluate`; and how far apart the two cameras place a thing at the performer's place. The first runs have
+exact cameras.
 """
 
 import argparse
@@ -52,7 +53,7 @@ class Watched:
 
 @dataclass(frozen=True)
 class Errors:
-    """Mean errors of a run [m]: wrists and limbs; and how far apart the cameras place a thing at the performer's."""
+    """Mean errors of a run [m]: wrists and limbs; and how far apart the cameras place a thing at the performer."""
 
     wrists_m: float
     limbs_m: float
@@ -92,7 +93,7 @@ def watched(
 
 
 def a_little_off(placed: Placed, draw: int) -> Placed:
-    """Return cameras as boards and tapes give them."""
+    """Return cameras with the errors of boards and tape measures."""
     rng = np.random.default_rng(draw)
     out = {}
     for name, T in placed.items():
@@ -116,7 +117,7 @@ def refined(seen: Watched, given: Placed) -> RefinedCameras:
 
 
 def errors(seen: Watched, placed: Placed, begin_s: float = T_POSE_S) -> Errors:
-    """Track with cameras at some places, and say how far off that is."""
+    """Track with cameras at some places, and return the errors."""
     tracker = Tracker(seen.cameras, placed)
     found = np.stack([tracker.track(images).positions for images in seen.sets])[round(begin_s * HZ) :]
     truth = seen.truth[round(begin_s * HZ) :]
@@ -127,7 +128,7 @@ def errors(seen: Watched, placed: Placed, begin_s: float = T_POSE_S) -> Errors:
 
 
 def apart_m(placed: Placed, true: Placed) -> float:
-    """Return how far apart two cameras place what is at the performer's place [m]."""
+    """Return how far apart two cameras place a thing at the performer's place [m]."""
     first, second = (transform_points(placed[n] @ invert_transform(true[n]), _BOX) for n in placed)
     return float(np.linalg.norm(first - second, axis=1).mean())
 

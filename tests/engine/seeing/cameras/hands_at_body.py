@@ -19,12 +19,12 @@ _ARM = ("raise", "plane", "roll", "elbow")
 _T_POSE = {"raise": np.pi / 2, "plane": 0.0, "roll": 0.0, "elbow": 0.0}
 _HANG = {"raise": 0.14, "plane": 0.0, "roll": 0.0, "elbow": 0.22}
 _EASY = (0.8, 1.2, 0.6, 1.8)
-"""Where the search for an arm's angles begins [rad]."""
+"""Start of the search for an arm's angles [rad]."""
 T_POSE_S = 2.0
-"""Every motion begins with a T-pose of this length, in which the body's shape is found."""
+"""Length of the T-pose at the beginning of every motion, in which the body's shape is found."""
 
 Place = tuple[str, float, float, float]
-"""A joint, and how far beside it (to the hand's own side), before and over it the knuckles are, as shares of
+"""A joint, and how far beside (to the hand's own side), in front of and above it the knuckles are, as shares of
 stature."""
 _FACE: Place = ("head", 0.025, 0.075, 0.0)
 _CHEEK: Place = ("head", 0.045, 0.060, -0.03)
@@ -37,7 +37,7 @@ _BELLY: Place = ("spine", 0.04, 0.105, 0.0)
 
 @cache
 def _arm(performer: Actor, side: str, place: Place) -> dict[str, float]:
-    """Return the channels of an arm whose knuckles are at a place, the performer standing upright."""
+    """Return the channels of an arm whose knuckles are at a place, while the performer stands upright."""
     offsets = performer_offsets(performer)
     joint, *shares = place
     sign = 1.0 if side == "left" else -1.0
@@ -56,7 +56,7 @@ def _arm(performer: Actor, side: str, place: Place) -> dict[str, float]:
 
 
 class _Motion:
-    """A T-pose, then arms down; what follows is appended."""
+    """A T-pose, then arms down; further motion is appended."""
 
     def __init__(self, performer: Actor) -> None:
         self.performer = performer
@@ -74,7 +74,7 @@ class _Motion:
         self.path.wait(self.now - self.path.end_s)
 
     def rub(self, places: list[Place], times: int, stroke_s: float, sides: tuple[str, ...] = _SIDES) -> None:
-        """Hands go to the first place, then from place to place."""
+        """Move the hands to the first place, then from place to place."""
         for k in range(times):
             for n, place in enumerate(places):
                 first = k == n == 0
@@ -126,7 +126,7 @@ def combing(motion: _Motion) -> None:
 
 
 def folding(motion: _Motion) -> None:
-    """Append arms folded before the chest, held and opened again."""
+    """Append arms folded in front of the chest, held and opened again."""
     under = {"raise": 0.5, "plane": 1.5, "roll": 1.4, "elbow": 1.6}
     over = {"raise": 0.7, "plane": 1.5, "roll": 1.15, "elbow": 1.6}
     motion.to(0.8, {f"left_{name}": value for name, value in under.items()})

@@ -1,4 +1,4 @@
-"""Cameras that were given a little off are refined on body and floor; what is not sure is refused."""
+"""Cameras that were given a little off are refined on body and floor; uncertain refinements are refused."""
 
 from dataclasses import replace
 
@@ -17,17 +17,17 @@ SECONDS = 4.6
 """The T-pose and the beginning of washing."""
 
 LATE = 60
-"""Images of the T-pose without which a body is found as well."""
+"""Number of images of the T-pose that can be left out: a body is found without them, too."""
 
 
 @pytest.fixture(scope="module")
 def washing():
-    """Somebody who begins to wash the face before two Kinect v2."""
+    """A person who begins to wash the face in front of two Kinect v2."""
     return watched(TUNING[0], short_washing(TUNING[0]), seconds=SECONDS)
 
 
 def lifted(placed, name, metres):
-    """The cameras, one of them higher than it stands."""
+    """The cameras, one of them placed higher than it stands."""
     T = placed[name]
     return placed | {name: make_transform(T[:3, :3], T[:3, 3] + np.array([0.0, 0.0, metres]))}
 

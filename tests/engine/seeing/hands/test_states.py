@@ -1,4 +1,4 @@
-"""Hand states: the window, the circles and the network on hands drawn by hand; states over time."""
+"""Hand states: the window, the circles and the network on hand-drawn hands; states over time."""
 
 import numpy as np
 
@@ -85,7 +85,7 @@ def joints() -> tuple[np.ndarray, np.ndarray]:
 
 
 def constant_networks(value: float) -> Committee:
-    """Networks that say the same of every window."""
+    """Networks that give the same answer for every window."""
     layers, side, channels = [], SIDE, CHANNELS
     for width, stride in KERNELS:
         layers += [np.zeros((width * width * channels, 2)), np.zeros(2)]

@@ -1,7 +1,7 @@
 """Time and accuracy of poses from pictures: `.venv/bin/python -m tests.engine.seeing.pictures.bars`.
 
-Time: finding the pose in decoded pictures, reduction included, as `PoseFinder.find` does. Reprojection: four real
-cameras around a walking person, against the points on which they agree best by their true poses. Exchanged: camera
+Time: finding the pose in decoded pictures, including their reduction, as `PoseFinder.find` does. Reprojection: four
+real cameras around a walking person, against the points that fit them best by their true poses. Exchanged: camera
 frames in which left and right fit the other cameras clearly better after an exchange.
 """
 
@@ -23,7 +23,7 @@ OTHER = [
 """Each landmark's counterpart on the other side."""
 
 _CLEARLY = 0.7
-"""An exchange counts if the error falls to this share of what it is without one."""
+"""An exchange counts if it reduces the error to this share."""
 
 
 def main() -> None:
@@ -66,7 +66,7 @@ def _exchanged(seen: NDArray[np.float64], cameras: list) -> int:
         k for k, name in enumerate(NAMES) if name.split("_")[-1] in ("knee", "ankle", "elbow", "wrist", "hip")
     ]
     ways = []
-    for mask in range(1 << (len(cameras) - 1)):  # of a way and its opposite, one
+    for mask in range(1 << (len(cameras) - 1)):  # one of each way and its opposite
         turned = [k for k in range(len(cameras)) if mask >> k & 1]
         tried = seen.copy()
         tried[turned] = tried[turned][:, OTHER]

@@ -1,4 +1,4 @@
-"""Hands in pictures, by the real model on real videos."""
+"""Hands in pictures, found by the real model on real videos."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Pose networks of others: small real ONNX networks whose outputs can be computed by hand."""
+"""Custom pose networks: small real ONNX networks whose outputs can be computed by hand."""
 
 import json
 import sys
@@ -31,7 +31,7 @@ def write(
     values: dict | None = None,
     **said,
 ) -> Path:
-    """Write a network with its description; return the description."""
+    """Write a network and its description; return the description."""
     shape = [1, 3, HEIGHT, WIDTH] if layout == "nchw" else [1, HEIGHT, WIDTH, 3]
     graph = helper.make_graph(
         nodes,
@@ -56,7 +56,7 @@ def write(
 
 
 def brightest(folder: Path, **said) -> Path:
-    """A network whose one heatmap is the red of the picture: its point is where that is brightest."""
+    """A network whose one heatmap is the red channel of the picture: its point is where red is brightest."""
     values = {"begin": np.array([0]), "end": np.array([1]), "axis": np.array([1])}
     node = helper.make_node("Slice", ["image", "begin", "end", "axis"], ["map"])
     usual = {"output": {"kind": "heatmap"}, "input": {"scale": 1 / 255}}
@@ -77,7 +77,7 @@ def test_a_heatmap_is_read_where_the_picture_says(tmp_path):
 
 
 def test_a_person_is_cut_out_and_put_back(tmp_path):
-    """The box is widened to the input's shape, and points are those of the whole picture."""
+    """The box is widened to the input's shape, and points are in pixels of the whole picture."""
     network = DescribedNetwork(brightest(tmp_path, margin=1.5))
     picture = np.zeros((400, 600, 3), np.uint8)
     picture[200:204, 300:304, 0] = 255
@@ -99,7 +99,7 @@ def test_colours_are_ordered_and_normalised_as_described(tmp_path):
 
 
 def test_simcc_is_read_between_its_bins(tmp_path):
-    """Two points, whose rows of bins are constants."""
+    """Two points, whose rows of bins are constant."""
     across, down = np.zeros((1, 2, 2 * WIDTH), np.float32), np.zeros((1, 2, 2 * HEIGHT), np.float32)
     across[0, 0, 19:22] = 0.5, 0.8, 0.5
     down[0, 0, 39:42] = 0.6, 0.9, 0.9
@@ -117,7 +117,7 @@ def test_simcc_is_read_between_its_bins(tmp_path):
 
 
 def test_points_are_read_in_the_order_of_their_columns(tmp_path):
-    """As MoveNet gives them: y, x, score, as shares; the picture has its colours last."""
+    """As in MoveNet: y, x, score, as shares; the picture has its colours last."""
     points = np.zeros((1, 1, 17, 3), np.float32)
     points[0, 0, :, 0], points[0, 0, :, 1], points[0, 0, :, 2] = 0.25, np.arange(17) / 20, 0.7
     node = helper.make_node("Constant", [], ["points"], value=numpy_helper.from_array(points))
@@ -131,7 +131,7 @@ def test_points_are_read_in_the_order_of_their_columns(tmp_path):
 
 
 def test_a_network_of_others_reads_real_pictures(tmp_path, test_data):
-    """Its points count where it has them; all others, and how the body stands, are those of the studio's own."""
+    """Its own points replace the studio's; all other points and the body's orientation stay the studio's."""
     picture = pictures_of(test_data / "rgb" / "pose2sim_single" / "cam04.mp4", count=1)[0]
     own = PoseFinder("full").find(picture)
     found = PoseFinder(brightest(tmp_path)).find(picture)

@@ -1,4 +1,4 @@
-"""Poses from pictures, by the real models on real videos."""
+"""Poses from pictures, found by the real models on real videos."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def pose(picture):
 
 @pytest.mark.parametrize(("model", "most_px"), [("full", 8.0), ("lite", 10.0)])
 def test_landmarks_meet_where_the_true_cameras_see_them(single, model, most_px):
-    """Four cameras around a person on a treadmill, a tenth of the frames."""
+    """Four cameras around a person on a treadmill, in a tenth of the frames."""
     cameras = true_cameras(single)
     pixels = []
     for name in cameras:
@@ -87,7 +87,7 @@ def test_a_person_who_leaves_is_lost_and_found_again(picture, pose):
     assert finder.find(picture) is not None
     black = np.zeros_like(picture)
     assert finder.find(black) is None and finder.find(black) is None
-    again = finder.find(np.ascontiguousarray(picture[:, ::-1]))  # somewhere else now
+    again = finder.find(np.ascontiguousarray(picture[:, ::-1]))  # at another place now
     assert again is not None
     assert abs(again.pixels[LIMBS, 0].mean() - (picture.shape[1] - 1 - pose.pixels[LIMBS, 0].mean())) < 20
 

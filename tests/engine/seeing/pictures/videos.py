@@ -1,4 +1,4 @@
-"""Pictures of real videos, and the cameras that took them."""
+"""Pictures of real videos, and the cameras that recorded them."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ from studio.engine.model.cameras.lens import Lens
 
 
 def pictures_of(video: Path, *, every: int = 1, count: int = 1_000_000) -> list[NDArray[np.uint8]]:
-    """Pictures of a video, RGB: the first of every so many."""
+    """Every n-th picture of a video, RGB."""
     found = []
     with av.open(str(video)) as container:
         for number, frame in enumerate(container.decode(video=0)):
@@ -35,7 +35,7 @@ def true_cameras(folder: Path) -> dict[str, tuple[Lens, NDArray[np.float64]]]:
 def reprojected(
     pixels: NDArray[np.float64], cameras: list[tuple[Lens, NDArray[np.float64]]]
 ) -> NDArray[np.float64]:
-    """How far points are from their best common place, as the cameras see it [pixels], shape (cameras, points).
+    """How far points are from their best common place in each camera [pixels], shape (cameras, points).
 
     Args:
         pixels: of the points in each camera, shape (cameras, points, 2).

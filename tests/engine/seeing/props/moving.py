@@ -1,4 +1,4 @@
-"""A prop that swings before simulated depth cameras, with nobody about, and where it truly is."""
+"""A prop that swings in front of simulated depth cameras, with nobody present, and its true path."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -13,11 +13,11 @@ from studio.simulator.sensor.sensors import find_sensor
 
 HZ = 30.0
 AFTER_S = (0.0, 0.012)
-"""The second camera's images are later."""
+"""Delays of the cameras' images [s]: the second camera's are later."""
 
 
 class MovingProp:
-    """Goes in a circle at 1.2 m/s while it turns by 150 degrees a second, times its pace."""
+    """A prop that moves in a circle at 1.2 m/s and turns by 150 degrees a second, times its pace."""
 
     def __init__(self, text: str, pace: float = 1.0) -> None:
         self.shape, self.enters_s, self._pace = shape_of(text), 0.0, pace
@@ -49,13 +49,13 @@ def scene(prop: MovingProp, seconds: float, sensor: str = "azure-kinect"):
 
 
 def looks(cameras, images):
-    """Return what `follow_prop` asks."""
+    """Return the function that `follow_prop` calls."""
     mine = [PropCamera(lens, T, shown[::4]) for (_, lens, T), shown in zip(cameras, images, strict=True)]
     return lambda k: [one.see(images[i][k], AFTER_S[i], []) for i, one in enumerate(mine)]
 
 
 def errors(prop, found) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far a followed prop is from where it was [mm], and its longest axis [degrees]."""
+    """Return the error of a followed prop's place [mm], and of its longest axis [degrees]."""
     truth = [prop.pose(float(time_s)) for time_s in found.time_s]
     away = np.linalg.norm(found.places_m - np.array([place for place, _ in truth]), axis=1) * 1e3
     axis = int(prop.shape.edges_m.argmax())

@@ -1,4 +1,4 @@
-"""Props that swing before two simulated depth cameras are found and followed by their shape."""
+"""Props that swing in front of two simulated depth cameras are found and followed by their shape."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,7 @@
 """`python -m tests.engine.seeing.tracker.bars`: the tracker's long figures.
 
 Simulated performers for scoring, six motions, one to three cameras: the mean error of the twelve limb joints, how
-many joints that are off are told so, and how many that are right are doubted; then cold starts.
+many wrong joints are doubted, and how many right ones are; then cold starts.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from tests.engine.seeing.tracker.scenes import LIMBS
 
 HZ = 30
 T_POSE_S, BEFORE_S, SECONDS = 2.5, 1.5, 6.0
-"""Every motion begins with a T-pose, in which the body's shape is found; the rest of the calibration part is left out
+"""Every motion begins with a T-pose, in which the body's shape is found. The rest of the calibration part is left out
 but for a second and a half, in which the tracker finds the performer again; then comes the part that counts."""
 
 OFF_M, DOUBTED, NEAR_M = 0.10, 0.75, 0.03
@@ -43,13 +43,13 @@ class Figures:
 
     @property
     def off_and_doubted(self) -> float:
-        """Share of the joints off by more than 10 cm that have less than 0.75."""
+        """Share of the joints off by more than 10 cm that have a confidence below 0.75."""
         off = self.error_m > OFF_M
         return float((self.confidence[off] < DOUBTED).mean()) if off.any() else float("nan")
 
     @property
     def near_and_doubted(self) -> float:
-        """Share of the joints within 3 cm that have less than 0.75."""
+        """Share of the joints within 3 cm that have a confidence below 0.75."""
         return float((self.confidence[self.error_m < NEAR_M] < DOUBTED).mean())
 
 
@@ -61,7 +61,7 @@ def tracked(
     seed: int,
     make: type[Tracker] = Tracker,
 ) -> Figures:
-    """Track the T-pose and a part of a motion from all cameras' points; the part counts."""
+    """Track the T-pose and a part of a motion from all cameras' points; only the part counts."""
     rig, sensor = standard_rig(cameras), find_sensor("azure-kinect")
     stage = DepthStage.of(sensor, rig, performance, performer, seed=seed)
     images = [stage.camera(index) for index in range(cameras)]
@@ -85,7 +85,7 @@ def tracked(
 
 
 def motions(mocap: Path, performer: Actor) -> Iterator[tuple[str, PerformerMotion, float]]:
-    """Name, motion and where the part that counts begins [s]: of the embedded performer, and captures."""
+    """Name, motion and start of the part that counts [s]: of the embedded performer, and of captures."""
     demo = perform(demo_motion(), performer)
     for name, begin_s in (("swings", 21.0), ("punches", 33.0), ("squat", 41.0)):
         yield name, demo, begin_s
@@ -95,7 +95,7 @@ def motions(mocap: Path, performer: Actor) -> Iterator[tuple[str, PerformerMotio
 
 
 def cold_start(performer: Actor, start_s: float, seed: int) -> bool:
-    """Whether the limbs are within 10 cm on average a second after the first image, seen by one camera."""
+    """Whether the limbs are within 10 cm on average one second after the first image, with one camera."""
     sensor, rig = find_sensor("azure-kinect"), standard_rig(1)
     performance = perform(demo_motion(), performer)
     stage = DepthStage.of(sensor, rig, performance, performer, seed=seed)

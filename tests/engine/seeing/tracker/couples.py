@@ -16,10 +16,10 @@ RATE_HZ = 15.0
 
 
 def couple(first, second, *, cameras=1, seconds=1.0, begin_s=0.0, enters_s=0.0):
-    """Intrinsics, transforms, image sets and true joints, shape (2, F, 21, 3), of two who do what the demo does.
+    """Intrinsics, transforms, image sets and true joints, shape (2, F, 21, 3), of two people who do the demo.
 
     `first`, `second`: from seconds since the beginning to places on the floor [m], shape (F, 2), relative to the
-    demo's own. `begin_s`: of the demo, which holds a T-pose at first. `enters_s`: when the second one comes in.
+    demo's own. `begin_s`: start in the demo, which begins with a T-pose. `enters_s`: when the second person enters.
     """
     motion = demo_motion()
     rig, sensor = standard_rig(cameras), find_sensor("azure-kinect")

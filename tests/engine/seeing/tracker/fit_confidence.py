@@ -1,18 +1,21 @@
 """`python -m tests.engine.seeing.tracker.fit_confidence`: the weights of `studio.engine.seeing.fitting.confidence`.
 
-Performers for tuning, and random bodies like them, do motions that no reported figure is measured on: captures, parts
-of the embedded motion and drawn ones with squats, seen by one, two and three cameras. By kind of joint, a logistic
-regression tells from the evidence whether it is off by more than 6 cm, no slope against its physical sign; joints
-between 3.5 and 7 cm are left out. In a quarter of the runs limbs are put into wrong poses, and stand behind a board
-for a while. One threshold leaves the wished share of the joints within 3 cm in the other runs above log-odds of 0.
-Prints what the weights do in runs that were left out of their fit (five folds), beside those in use; the array; and
-by how much the intercepts of those in use would have to fall for the same share. About ten minutes on one core.
+Performers for tuning, and random bodies like them, do motions on which no reported figure is measured: captures,
+parts of the embedded motion and random ones with squats, seen by one, two and three cameras. For each kind of joint,
+a logistic regression predicts from the evidence whether it is off by more than 6 cm; no slope may have the wrong
+physical sign. Joints between 3.5 and 7 cm are left out. In a quarter of the runs, limbs are put into wrong poses, and
+for a while stand behind a board. One threshold leaves the given share of the joints within 3 cm in the other runs
+above log-odds of 0.
+Prints the effect of the weights in runs that were left out of their fit (five folds), next to those in use; the
+array; and how far the intercepts of those in use would have to fall for the same share. Takes about ten minutes on
+one core.
 
-From here, with a share of 0.08, the weights in use have their threshold; their slopes are older. Those fitted are as
-good or better here (joints off by 10 cm doubted with 1 / 2 / 3 cameras 99 / 97 / 87 % for 95 / 100 / 87, within 3 cm
-14 / 6 / 4 % for 12 / 7 / 5; disturbed 92 / 93 / 100 for 95 / 86 / 100 and 25 / 9 / 11 for 40 / 12 / 28) and are not
-in use: a joint that lies 0.6 m behind what is seen, or a limb that leaves a square metre unexplained, is not doubted
-by them as long as its bone's points fit well, which hardly happens in these runs and which `test_geometry` asks for.
+The weights in use have the threshold of this program with a share of 0.08; their slopes are older. The weights fitted
+here are as good or better (joints off by 10 cm doubted with 1 / 2 / 3 cameras 99 / 97 / 87 % for 95 / 100 / 87,
+within 3 cm 14 / 6 / 4 % for 12 / 7 / 5; disturbed 92 / 93 / 100 for 95 / 86 / 100 and 25 / 9 / 11 for 40 / 12 / 28)
+but are not in use: they do not doubt a joint that lies 0.6 m behind the seen surface, or a limb that leaves a square
+metre unexplained, as long as its bone's points fit well. That hardly happens in these runs, but `test_geometry`
+demands it.
 """
 
 import argparse
@@ -42,15 +45,15 @@ from tests.engine.seeing.tracker.bars import BEFORE_S, HZ, NEAR_M, OFF_M, T_POSE
 
 CLIPS = ("02_01", "02_03", "02_04", "49_01", "49_04")
 DEMO_S = (27.0, 47.0)
-"""Where parts of the embedded motion begin that `bars` leaves out [s]."""
+"""Starts of parts of the embedded motion that `bars` leaves out [s]."""
 
 DRAWN, DRAWN_S = 0.45, 10.5
-"""Share of the runs that do a drawn motion, and its length [s]."""
+"""Share of the runs with a random motion, and its length [s]."""
 
 CAMERAS = (1, 2, 1, 2, 3)
 SIGNS = np.array([1, 0, 1, -1, -1, 1, 1, 1, 1])
-"""Of the slopes, 0 = either: more variance, far from the usual depth behind what is seen, fewer points and more
-unexplained make no joint surer."""
+"""Signs of the slopes, 0 = either: more variance, a place far from the usual depth behind the seen surface, fewer
+points and more unexplained ones make no joint surer."""
 RIDGE = 100.0
 RIGHT_M, WRONG_M, LIMIT_M = 0.035, 0.07, 0.06
 FOLDS = 5
@@ -58,11 +61,11 @@ _ARM = ((0.0, -0.2, 0.0, 0.1), (2.6, 1.6, 1.0, 2.2))
 KIND = np.tile(np.arange(len(KINDS)), 2)
 
 DISTURBED = 4
-"""Every so manieth run is disturbed."""
+"""Every run of this number is disturbed."""
 AFTER, PERIOD, HIDDEN_FRAMES = 110, 45, 25
-"""Frames before the first disturbance, between two, and for which a limb is hidden."""
+"""Frames before the first disturbance, between two disturbances, and for which a limb is hidden."""
 BOARD_M, BEFORE_M = 0.06, 0.35
-"""How far what hides a limb reaches beyond its joints, and stands before them [m]."""
+"""How far the hiding board reaches beyond the limb's joints, and how far in front of them it stands [m]."""
 JOINTS_OF_PART = {
     PARTS.index(f"{side}_{limb}"): [INDEX[f"{side}_{name}"] for name in names]
     for side in ("left", "right")
@@ -73,7 +76,7 @@ Array = NDArray[np.float64]
 
 
 class RecordedBody(FollowedBody):
-    """A body that keeps what its confidences weigh, of the last frame."""
+    """A body that keeps the evidence of its confidences, of the last frame."""
 
     told: Array | None = None
 
@@ -84,7 +87,7 @@ class RecordedBody(FollowedBody):
 
 
 class Recorder(Tracker):
-    """A tracker that keeps what the confidences of its first body weigh, of all frames."""
+    """A tracker that keeps the evidence of its first body's confidences, of all frames."""
 
     told: list[Array]
 
@@ -104,8 +107,8 @@ class Recorder(Tracker):
 
 
 class Disturbed(Recorder):
-    """One that is disturbed: now and then a limb of the body is put into another pose, or something flat stands
-    before a limb in one camera's image for a while."""
+    """A tracker with disturbances: now and then a limb of the body is put into another pose, or a board stands in
+    front of a limb in one camera's image for a while."""
 
     def __init__(self, *args):
         super().__init__(*args)
@@ -116,7 +119,7 @@ class Disturbed(Recorder):
         self._last: Array | None = None
 
     def track(self, frames, following=None):
-        """Track what is seen of the disturbed frames."""
+        """Track the performer in the disturbed frames."""
         self._count += 1
         motion = self.body.motion
         if self._count > AFTER and self._count % PERIOD == 0 and motion.pose is not None:
@@ -139,7 +142,7 @@ class Disturbed(Recorder):
         return found
 
     def _behind_something(self, frame: DepthFrame, joints: Array) -> DepthFrame:
-        """Return a frame in which a board stands before joints of the stage [m], shape (n, 3)."""
+        """Return a frame in which a board stands in front of joints of the stage [m], shape (n, 3)."""
         view = self._views[frame.camera]
         assert view.T_work_camera is not None
         places = transform_points(invert_transform(view.T_work_camera), joints)
@@ -152,7 +155,7 @@ class Disturbed(Recorder):
 
 
 def random_performer(rng: np.random.Generator) -> Actor:
-    """Return a body between those for tuning."""
+    """Return a random body close to one of those for tuning."""
     base = TUNING[rng.integers(len(TUNING) - 1)]
     return replace(
         base, name="random", height_m=rng.uniform(1.5, 2.0), girth=base.girth * rng.uniform(0.9, 1.1),
@@ -162,7 +165,7 @@ def random_performer(rng: np.random.Generator) -> Actor:
 
 
 def drawn_motion(rng: np.random.Generator) -> CanonicalMotion:
-    """Return a T-pose, then what is drawn: arms anywhere before the body, squats, the trunk turned."""
+    """Return a T-pose, then random motion: arms anywhere in front of the body, squats, the trunk turned."""
     keys, path, now = Keys(), FloorPath(), T_POSE_S - 0.5
     keys.move(0.0, 0.0, left_raise=np.pi / 2, right_raise=np.pi / 2)
     path.wait(T_POSE_S)
@@ -237,13 +240,13 @@ def bounded_logistic(x: Array, positive: NDArray[np.bool_], signs: Array) -> Arr
 
 
 def doubted(log_odds: Array, error_m: Array) -> str:
-    """Return how many of the joints that are off, and of those that are near, are doubted."""
+    """Return the shares of the wrong joints and of the near joints that are doubted, as text."""
     off, near = ((log_odds[some] > 0.0).mean() for some in (error_m > OFF_M, error_m < NEAR_M))
     return f"{off:.2f} of those off by 10 cm, {near:.2f} of those within 3 cm"
 
 
 def main() -> None:
-    """Print the weights and what they do."""
+    """Print the weights and their effect."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--mocap", type=Path, default=Path("../shared/data/mocap"))
     parser.add_argument("--runs", type=int, default=40)

@@ -1,8 +1,9 @@
-"""`python -m tests.engine.seeing.tracker.hand_bars`: the hand states' and the head's long figures.
+"""`python -m tests.engine.seeing.tracker.hand_bars`: the long figures of the hand states and the head.
 
-Adult performers for scoring do captures that nothing was tuned on, before one camera at 2 and at 3 m: how often each
-method is right about a hand and how often it does not know. A hand counts in every frame in which it is at least 80 %
-open or closed, right after a change as well; it shows where the image has its knuckles within 9 cm of their depth.
+Adult performers for scoring do captures on which nothing was tuned, in front of one camera at 2 and at 3 m: how often
+each method is right about a hand, and how often it gives no answer. A hand counts in every frame in which it is at
+least 80 % open or closed, even right after a change. It shows if the image has its knuckles within 9 cm of their
+depth.
 """
 
 import argparse
@@ -58,7 +59,7 @@ class HandFrame:
 
 
 def camera_at(performance: PerformerMotion, begin_s: float, distance_m: float) -> RigCamera:
-    """Return a camera before the performer, a little to the side, as far as said in the middle of what counts."""
+    """Return a camera in front of the performer, a little aside, at this distance in the middle of what counts."""
     middle = performance.motion.at(begin_s + SECONDS / 2)[INDEX["hips"]]
     joints = performance.motion.at(begin_s)
     across = joints[INDEX["left_shoulder"]] - joints[INDEX["right_shoulder"]]
@@ -79,7 +80,7 @@ def shows(camera: DepthCamera, depth_mm: NDArray[np.uint16], place: NDArray[np.f
 def observed(
     performance: PerformerMotion, performer: Actor, sensor: str, distance_m: float
 ) -> Iterator[HandFrame | float]:
-    """Yield what a client finds: hands, and the angles by which the head is off [degrees]."""
+    """Yield a client's results: hands, and the errors of the head's angle [degrees]."""
     begin_s = performance.calibration_s or 0.0
     device, rig = find_sensor(sensor), camera_at(performance, begin_s, distance_m)
     image = DepthStage.of(device, (rig,), performance, performer, seed=4).camera(0)

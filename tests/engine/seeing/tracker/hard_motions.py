@@ -1,8 +1,8 @@
 """`python -m tests.engine.seeing.tracker.hard_motions [--seeds N]`: motions that are hard for one camera.
 
 A full turn, arms crossed, hands behind the back, a crouch, leaving the view and coming back, each by the scoring
-performers in turn. A line a run: how long the limbs were far off in one go while the whole body was in the image,
-and how many frames had the front for the back. A line a motion at the end.
+performers in turn. Each run prints one line: the longest time in which the limbs were far off while the whole body
+was in the image, and the number of frames with front and back confused. Each motion prints one line at the end.
 """
 
 import argparse
@@ -19,11 +19,11 @@ from tests.engine.seeing.tracker.scenes import LIMBS, simulated
 
 HZ = 30
 OFF_M = 0.15
-"""Limbs are far off where their mean error is larger; a limb that is not known counts as much."""
+"""Limbs are far off where their mean error is larger; an unknown limb counts as this error."""
 
 AGAIN_S = 1.0
 BEGIN_S = 1.0
-"""So long may a start take, and a recovery."""
+"""Allowed time for a start and for a recovery."""
 
 
 def longest_s(off: NDArray[np.bool_]) -> float:
@@ -33,7 +33,7 @@ def longest_s(off: NDArray[np.bool_]) -> float:
 
 
 def run(name: str, seed: int) -> tuple[float, int, float]:
-    """Return the longest time off [s], the frames with the front for the back, and the mean error [m]."""
+    """Return the longest time off [s], the number of frames with front and back confused, and the mean error [m]."""
     motion = SCENES[name]()
     performer = SCORING[seed % len(SCORING)]
     cameras, placed, sets, truth = simulated(

@@ -1,4 +1,4 @@
-"""When a body that is followed is begun anew, and that one who turns is expected to turn on."""
+"""When the tracking of a body starts again, and that a turning body is expected to continue its turn."""
 
 import numpy as np
 import pytest

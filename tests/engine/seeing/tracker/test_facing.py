@@ -1,4 +1,4 @@
-"""Front and back: the pose turned round, when it is tried, and a body followed front for back set right."""
+"""Front and back: the reversed pose, when it is tried, and the correction of a body tracked the wrong way round."""
 
 from dataclasses import replace
 
@@ -51,7 +51,7 @@ def test_tests_in_a_row_decide():
 
 
 def test_a_head_that_faces_the_other_way_decides():
-    assert sum(FacingWatch().told(1.0, 1.3, -0.3) for _ in range(20)) == 0  # hardly known
+    assert sum(FacingWatch().told(1.0, 1.3, -0.3) for _ in range(20)) == 0  # hardly anything is known
     watch = FacingWatch()
     assert any(watch.told(1.0, 1.3, -0.9) for _ in range(8))
     watch = FacingWatch()
@@ -90,7 +90,7 @@ def test_a_head_tells_how_far_aside_a_body_is_taken_to_face():
     assert aside_of(np.array([0.0, -0.9]), FACING) == pytest.approx(0.0)  # FACING faces -y
     assert aside_of(np.array([0.9, 0.0]), FACING) == pytest.approx(np.pi / 2)
     assert aside_of(np.array([-0.9, 0.0]), FACING) == pytest.approx(-np.pi / 2)
-    assert aside_of(np.array([0.3, 0.0]), FACING) is None  # it hardly knows
+    assert aside_of(np.array([0.3, 0.0]), FACING) is None  # hardly anything is known
 
 
 def test_a_body_is_tried_where_the_head_faces_aside_and_on_both_sides_of_it_in_doubt():

@@ -129,7 +129,7 @@ def cones(limits, chain):
 def test_a_point_behind_the_body_is_matched_with_the_side_that_the_camera_sees(body):
     _, chain, limits = body
     surface, origins, frames = cones(limits, chain)
-    view = np.array([[0.0, -1.0, 0.0]])  # the camera stands before the body, which faces -y
+    view = np.array([[0.0, -1.0, 0.0]])  # the camera is in front of the body, which faces -y
     for depth in (0.0, 0.05, 0.15):
         point = np.array([[0.05, depth, 1.15]])
         _, place, normal, _, _ = match_points(point, view, np.zeros((1, 3)), surface, origins, frames, True)
@@ -165,7 +165,7 @@ def test_a_limb_beside_the_silhouette_is_drawn_to_it(body):
     surface, origins, frames = cones(limits, chain)
     camera = DepthCamera(250.0, 250.0, 160.0, 144.0, 320, 288)
     person = np.zeros((288, 320), dtype=bool)
-    person[80:240, 150:170] = True  # a column; the arms are stretched out beside it
+    person[80:240, 150:170] = True  # a column; the arms are stretched out next to it
     nearest = np.empty(person.shape, np.int32)
     nearest_cells(person, 40, nearest)
     rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

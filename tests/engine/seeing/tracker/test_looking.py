@@ -1,4 +1,4 @@
-"""Images looked at side by side and ahead of time give the same skeletons, to the last bit, as one by one."""
+"""Processing images in parallel and ahead of time gives the same skeletons, to the last bit, as one by one."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from tests.engine.seeing.tracker.scenes import simulated
 
 @pytest.fixture(scope="module")
 def scene():
-    """Somebody before three cameras, who is gone for a while and comes back."""
+    """A person in front of three cameras, who is gone for a while and comes back."""
     cameras, placed, sets, _ = simulated(arms_crossed(), cameras=3, end_s=0.3)
     last = sets[-1]
 

@@ -1,4 +1,4 @@
-"""Two people before depth cameras: each explains their own points."""
+"""Two people in front of depth cameras: each explains their own points."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from tests.engine.seeing.tracker.scenes import LIMBS
 
 @pytest.fixture(scope="module")
 def touching():
-    """Two in a T-pose before one camera, hand on hand."""
+    """Two people in a T-pose in front of one camera, hand on hand."""
     return couple(stays(-0.75), stays(0.75), seconds=0.4)
 
 
@@ -29,7 +29,7 @@ def errors(skeletons, truth):
 
 
 def pairing(off):
-    """Whose body 0 is."""
+    """The person that body 0 tracks."""
     return int(np.nanmean(off[:, 0, 1]) < np.nanmean(off[:, 0, 0]))
 
 
@@ -68,7 +68,7 @@ def test_one_goes_behind_the_other():
     tracker = Tracker(cameras, placed)
     off = errors([tracker.track(images) for images in sets], truth)
     begun = int(np.flatnonzero(np.isfinite(off[:, 1, 1]))[0])
-    assert begun < 13 and off[:, 0, 0].max() < 0.12  # the one before stays who they are
+    assert begun < 13 and off[:, 0, 0].max() < 0.12  # the person in front keeps their identity
     seen = np.isfinite(off[begun:, 1, 1])
     assert seen.mean() > 0.6 and seen[-4:].all() and off[-4:, 1, 1].max() < 0.2
     assert np.nanmin(off[begun:, 1, 0]) > 0.25  # nor did the other take their body

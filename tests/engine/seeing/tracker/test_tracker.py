@@ -17,7 +17,7 @@ from tests.refused import refused
 
 @pytest.fixture(scope="module")
 def scene():
-    """Somebody who stands and begins to cross the arms, for 0.7 s."""
+    """A person who stands and begins to cross the arms, for 0.7 s."""
     return simulated(arms_crossed(), end_s=0.7)
 
 

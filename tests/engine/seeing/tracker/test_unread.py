@@ -1,4 +1,4 @@
-"""Legs that no camera reads hang, are doubted, and are told; the long form is `unread`."""
+"""Legs that no camera reads hang down, are doubted, and are reported; the long form is `unread`."""
 
 import numpy as np
 import pytest

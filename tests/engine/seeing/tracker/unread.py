@@ -1,7 +1,7 @@
-"""`python -m tests.engine.seeing.tracker.unread`: legs that return nothing, in four ways and ten seeds each.
+"""`python -m tests.engine.seeing.tracker.unread`: legs without depth readings, in four ways and ten seeds each.
 
-A leg that no camera reads must hang as bodies do, and its joints be doubted: no joint may be off by more than 10 cm
-with a confidence over 0.75.
+A leg that no camera reads must hang down naturally, and its joints must be doubted: no joint may be off by more than
+10 cm with a confidence over 0.75.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from tests.engine.seeing.tracker.scenes import LIMBS
 HZ = 30
 OFF_M, SURE = 0.10, 0.75
 PARTS_S = {"T-pose": 0.5, "walk": 5.0, "swings": 21.0, "punches": 33.0, "squat": 41.0}
-"""Where in the embedded motion a run begins [s]."""
+"""Starts of runs in the embedded motion [s]."""
 WAYS = ("range", "trousers", "table", "edge")
 
 
@@ -41,12 +41,12 @@ class Run:
 
     @property
     def believed(self) -> NDArray[np.bool_]:
-        """Which joints are off and believed."""
+        """Which joints are off but believed."""
         return (self.error_m > OFF_M) & (self.confidence > SURE)
 
 
 def scene(way: str, seed: int, performer: Actor, begin_s: float) -> tuple[DepthStage, tuple[RigCamera, ...]]:
-    """Return a stage whose cameras read nothing, or something else, where the legs are below the knee."""
+    """Return a stage whose cameras read nothing, or something else, below the height of the knees."""
     rng = np.random.default_rng([seed, WAYS.index(way)])
     count = 1 + seed % 3
     sensor, rig = find_sensor("azure-kinect"), standard_rig(count)
@@ -77,13 +77,13 @@ def _above(camera: RigCamera) -> RigCamera:
 
 
 def _ends_at(sensor: Sensor, rig: tuple[RigCamera, ...], place: NDArray[np.float64]) -> Sensor:
-    """Return the sensor with a range that ends where the nearest camera has the place."""
+    """Return the sensor with a range that ends at the place as seen from the nearest camera."""
     z = [float((place - camera.T_stage_camera[:3, 3]) @ camera.T_stage_camera[:3, 2]) for camera in rig]
     return replace(sensor, range_m=(sensor.range_m[0], min(z)))
 
 
 def _before(camera: RigCamera, place: NDArray[np.float64], height: float) -> Box:
-    """Return a board 1.2 m before the performer that hides what is below a height."""
+    """Return a board 1.2 m in front of the performer that hides everything below a height."""
     eye = camera.T_stage_camera[:3, 3]
     away = eye[:2] - place
     share = 1.2 / float(np.linalg.norm(away))
@@ -94,7 +94,7 @@ def _before(camera: RigCamera, place: NDArray[np.float64], height: float) -> Box
 
 
 def _raised(camera: RigCamera, sensor: Sensor, place: NDArray[np.float64]) -> RigCamera:
-    """Return the camera turned up until a place lies at its picture's lower edge."""
+    """Return the camera turned up until a place lies at the lower edge of its picture."""
     eye = camera.T_stage_camera[:3, 3]
     flat = place[:2] - eye[:2]
     below = np.arctan2(eye[2] - place[2], np.linalg.norm(flat))
@@ -128,7 +128,7 @@ def run(way: str, seed: int, part: str, seconds: float = 2.0, make: type[Tracker
 
 
 def part_of(way: str, seed: int) -> str:
-    """Return the part of the motion of a seed: each has another performer, number of cameras and part."""
+    """Return the seed's part of the motion: each seed has another performer, number of cameras and part."""
     parts = tuple(PARTS_S)
     return parts[(seed + WAYS.index(way)) % len(parts)]
 

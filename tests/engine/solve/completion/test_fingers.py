@@ -1,4 +1,4 @@
-"""Fingers that follow landmarks: angles are found again, hands that nobody sees stay as they are, ranges hold."""
+"""Fingers that follow landmarks: angles are recovered, unseen hands stay as they are, ranges hold."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def points_of(model: HandModel, state: np.ndarray) -> np.ndarray:
 
 
 def frames(points: np.ndarray | None, *, exchanged: int | None = None) -> FrameSet:
-    """What the cameras see of both hands' landmarks, shape (2, 21, 3); `exchanged`: a camera with left as right."""
+    """Observations of both hands' landmarks, shape (2, 21, 3); `exchanged`: a camera with sides exchanged."""
     rays = None
     if points is not None:
         away = points[None] - CENTRES[:, None, None]

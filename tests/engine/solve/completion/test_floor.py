@@ -1,4 +1,4 @@
-"""Floor contact: no foot under the floor, a standing foot stays, a jump is let go."""
+"""Floor contact: no foot under the floor, a standing foot stays, a jump is released."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ SIGMA = np.full(JOINT_COUNT, 0.02)
 
 
 def solved(joints_at, seconds, *assignments, start_s=1.0):
-    """Feet of the pipeline's poses, shape (frame_count, 4, 3), of joints seen by two ideal cameras at 60 Hz."""
+    """Feet of the pipeline's poses, shape (frame_count, 4, 3), from joints seen by two ideal cameras at 60 Hz."""
     calibration = stage(-35.0, 35.0)
     pipeline = Pipeline(calibration, parse_settings("studio", assignments))
     feet = []

@@ -24,7 +24,7 @@ def reach_m(rotations, side="Left", finger="Middle"):
 
 
 def run(hands, seen, seconds=1.5):
-    """Rotations after the state was seen for so long."""
+    """Rotations after the state was seen for this long."""
     for _ in range(round(seconds / DT)):
         rotations = np.tile(np.eye(3), (len(OUTPUT_JOINTS), 1, 1))
         hands.apply(rotations, seen, DT)

@@ -1,4 +1,4 @@
-"""Heads that follow their faces: turns are found again; a head that nobody sees returns to straight."""
+"""Heads that follow their faces: turns are recovered; an unseen head returns to straight."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Look-at: the head turns to its target, smoothly, within what a neck can do, and stays where it is."""
+"""Look-at: the head turns to its target, smoothly and within the neck's range, and keeps its place."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def upright(yaw_rad=0.0):
 
 
 def run(look_at, body=None, *, seconds=2.0, head=None):
-    """Positions and rotations after looking for so long, each frame from the solved pose `body`."""
+    """Positions and rotations after looking for this long, each frame from the solved pose `body`."""
     body = upright() if body is None else body
     for _ in range(max(1, round(seconds / DT))):
         rotations = body.copy()
@@ -97,7 +97,7 @@ TARGETS = [
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("twist_deg", [0, 35])
 def test_head_and_neck_stay_within_their_ranges(target, twist_deg):
-    """Even of a neck that the solve has turned already."""
+    """Includes a neck that the solve has turned already."""
     body = upright()
     body[NECK] = body[HEAD] = Rotation.from_euler("z", twist_deg, degrees=True).as_matrix()
     human = humanoid()

@@ -1,4 +1,4 @@
-"""Relax pose: a share of the way to the middle of each range, on the floor, within the limits."""
+"""Relax pose: part of the way to the middle of each range, on the floor, within the limits."""
 
 import numpy as np
 import pytest

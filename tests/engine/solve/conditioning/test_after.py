@@ -1,4 +1,4 @@
-"""Conditioning after the solve keeps bones, ranges and speeds, whatever comes in."""
+"""Conditioning after the solve keeps bone lengths, ranges and speeds for any input."""
 
 import mujoco
 import numpy as np
@@ -24,7 +24,7 @@ def after(*assignments, solved=True):
 
 
 def pose(q):
-    """Hips [m] and world rotations, shape (52, 3, 3), of a configuration, fingers with the hand."""
+    """Hips [m] and world rotations, shape (52, 3, 3), of a configuration; fingers move with the hand."""
     data = mujoco.MjData(BODY.model)
     data.qpos[:] = q
     mujoco.mj_kinematics(BODY.model, data)

@@ -1,4 +1,4 @@
-"""Displacement limits: no joint faster than its limit, bones of their length, and it catches up."""
+"""Displacement limits: no joint exceeds its limit, bones keep their length, and joints catch up."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Filters over time, by signals whose answer is known; every filter keeps the same contract."""
+"""Filters over time, on signals with a known response; every filter keeps the same contract."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def run(inner, signal, dt=DT):
 
 
 def rows(values):
-    """A signal of one row of three values."""
+    """A signal of rows with three values each."""
     return np.array(values, dtype=float)[:, None, None] * np.ones((1, 1, 3))
 
 

@@ -1,4 +1,4 @@
-"""Courses: how long a camera's joint has moved without a jump."""
+"""Courses: how long a joint has moved without a jump in one camera."""
 
 import numpy as np
 import pytest

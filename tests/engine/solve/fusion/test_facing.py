@@ -1,4 +1,4 @@
-"""Left and right told by where the feet point and the knees bend."""
+"""Left and right, distinguished by where the feet point and how the knees bend."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Mean fusion: the mean of what is sure enough."""
+"""Mean fusion: the mean of the sufficiently confident joints."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Robust fusion: it leaves out what cannot be, and believes again what insists."""
+"""Robust fusion: it leaves out implausible joints, and accepts them again if they persist."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ REASONS = {"unseen", "unsure", "outlier", "disagrees"}
 
 
 class Run:
-    """A fusion fed frame by frame."""
+    """A fusion that is fed frame by frame."""
 
     def __init__(self, cameras=2):
         self.fusion, self.cameras, self.time_s = RobustFusion(), cameras, 1.0
@@ -74,7 +74,7 @@ def test_a_spike_in_the_only_camera_is_left_out_while_it_is_short():
 
 
 def burst(rng, joint, frames):
-    """Another 20 to 50 cm off in every camera frame (two output frames), at first half of it: interpolated."""
+    """A new error of 20 to 50 cm in every camera frame (two output frames); the first of the two is interpolated."""
     ways = rng.normal(size=(frames + 1, 3))
     ways *= (rng.uniform(0.2, 0.5, frames + 1) / np.linalg.norm(ways, axis=1))[:, None]
     ways[0] = 0.0
@@ -193,7 +193,7 @@ def test_a_joint_unseen_for_long_is_unseen_and_comes_back_at_once():
 
 
 def test_a_joint_rejected_until_it_is_forgotten_is_taken_up_again():
-    """Unseen first and off its place then: neither may lose the joint for good."""
+    """First unseen, then away from its place: neither may lose the joint for good."""
     run, off = Run(cameras=1), np.array([0.0, -0.8, 0.5])
     run.feed(0.5)
     run.feed(0.3, change=hidden(0, WRIST))

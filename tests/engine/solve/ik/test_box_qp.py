@@ -1,4 +1,4 @@
-"""The least of a quadratic function in a box: against conditions that only it meets."""
+"""The minimum of a quadratic function in a box, checked by its optimality conditions."""
 
 import numpy as np
 import pytest
@@ -9,14 +9,14 @@ COUNT = 53
 
 
 def problem(seed):
-    """A stiff one as the solve has it: joints weigh ten thousand times what the damping does."""
+    """A stiff problem like that of the solve: joints weigh ten thousand times as much as the damping."""
     rng = np.random.default_rng(seed)
     rows = 100 * rng.normal(size=(40, COUNT))
     return rows.T @ rows + 1e-3 * np.eye(COUNT), rows.T @ (100 * rng.normal(size=40)), rng
 
 
 def assert_least(H, c, low, high, x):
-    """Karush, Kuhn and Tucker: downhill only out of the box."""
+    """Check the conditions of Karush, Kuhn and Tucker: the function falls only out of the box."""
     slope = (H @ x + c) / np.abs(c).max()
     assert (low <= x).all() and (x <= high).all()
     assert (slope[x > low + 1e-9] < 1e-6).all() and (slope[x < high - 1e-9] > -1e-6).all()

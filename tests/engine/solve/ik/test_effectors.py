@@ -1,4 +1,4 @@
-"""Reach, pull and resist do what HumanIK's users expect of them."""
+"""Reach, pull and resist behave as users of HumanIK expect."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def rest():
 
 
 def arm_pulled(by=(0.1, -0.9, 0.9)):
-    """The left hand and wrist drawn forward and up, far beyond where the arm reaches."""
+    """The left hand and wrist pulled forward and up, far beyond the arm's reach."""
     joints = rest()
     joints[[INDEX["left_wrist"], INDEX["left_hand"]]] += by
     joints[INDEX["left_elbow"]] += [0.05, -0.25, 0.2]
@@ -28,7 +28,7 @@ def arm_pulled(by=(0.1, -0.9, 0.9)):
 
 
 def followed(joints, mode, *assignments, frames=60):
-    """Configuration and joints after following a new place for a second, from rest."""
+    """Configuration and joints after following new joints for a second, from rest."""
     solver = Solver(humanoid(), parse_settings("studio", (f"ik={mode}", *assignments)))
     for k in range(20 + frames):
         q = solver.solve(rest() if k < 20 else joints, SIGMA, DT)
@@ -55,7 +55,7 @@ def test_a_joint_of_no_reach_is_not_followed(mode):
 
 @pytest.mark.parametrize("mode", MODES)
 def test_less_reach_follows_less(mode):
-    """The chest says one thing and the pulled wrist another: reach decides between them."""
+    """The chest and the pulled wrist contradict each other: reach decides between them."""
     joints = arm_pulled(by=(0.1, -0.6, 0.6))
     left = [
         float(np.linalg.norm((followed(joints, mode, *each("reach", reach, [f"left_{j}" for j in ARM]))[1] - joints)[

@@ -1,4 +1,4 @@
-"""A limb alone is where MuJoCo puts it, and finds its joints again within its ranges."""
+"""A single limb is where MuJoCo puts it, and finds its joints again within its ranges."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""A stuck limb is found again, smoothly; a limb that follows costs nothing and is left alone."""
+"""A stuck limb is recovered smoothly; a limb that follows costs nothing and is left alone."""
 
 import sys
 
@@ -41,7 +41,7 @@ def test_a_stuck_arm_is_found_again_without_a_jump(seed):
     for _ in range(90):
         q = solver.solve(target, SIGMA, DT)
         assert_human(body, q)
-        if solver._watch._left_s.any():  # it is being led
+        if solver._watch._left_s.any():  # it is being guided
             fastest = max(fastest, float(np.abs(q - last)[7:].max()) / DT)
         last = q
     assert errors_m(body, last, target).max() < 0.02
@@ -49,7 +49,7 @@ def test_a_stuck_arm_is_found_again_without_a_jump(seed):
 
 
 def stuck(watch, body, q, targets, seconds, weights=WEIGHTS):
-    """Feed the watch the same pose; return when it found another [s], and that."""
+    """Feed the watch the same pose; return when it found another one [s], and that pose."""
     sites = site_positions(body, q)
     for k in range(round(seconds / DT)):
         found = watch.found(q, sites, targets, weights, lambda: None, DT)
@@ -59,7 +59,7 @@ def stuck(watch, body, q, targets, seconds, weights=WEIGHTS):
 
 
 def raised_arm(body):
-    """Rest, and the joints of the same pose with the right arm elsewhere."""
+    """The rest pose, and the joints of the same pose with the right arm elsewhere."""
     q, wanted = body.rest_qpos, body.rest_qpos
     wanted[7 + body.model.joint("RightArm_swing").id - 1] = np.radians(-60)
     wanted[7 + body.model.joint("RightForeArm_bend").id - 1] = np.radians(-100)
@@ -99,7 +99,7 @@ def posed(body, hinges_deg):
 
 
 def test_a_first_frame_whose_arm_is_caught_behind_its_ranges_is_followed(monkeypatch):
-    """As it was on punches_2: an arm that is stretched forward began folded, at the ends of all its ranges."""
+    """As in punches_2: an arm that is stretched forward began folded, at the ends of all its ranges."""
     body, solver = humanoid(), make_solver()
     caught = {"LeftArm_swing": -120, "LeftArm_raise": 30, "LeftArm_twist": -100, "LeftForeArm_bend": -150}
     forward = {"LeftArm_swing": 85, "LeftArm_raise": -80, "LeftArm_twist": -20, "LeftForeArm_bend": -10}
@@ -150,7 +150,7 @@ def test_equal_input_gives_equal_output():
 
 
 def test_watching_costs_little():
-    """A frame of a body that fits: a few calls of numpy, nothing computed limb by limb; 17 us on an idle machine."""
+    """A frame of a body that fits takes a few calls of numpy, nothing limb by limb; 17 us on an idle machine."""
     body = humanoid()
     watch, q = LimbReseed(body, limited=True), body.rest_qpos
     sites, calls = site_positions(body, q), []

@@ -1,4 +1,4 @@
-"""The solver: it follows exact joints, and whatever it is given, the pose stays finite and human."""
+"""The solver: it follows exact joints, and for any input the pose stays finite and human."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def make_solver(*assignments, height_m=1.78):
 
 
 def assert_human(body, q):
-    """Finite, within the limits, bones of their length."""
+    """Check for finite values, limits, and constant bone lengths."""
     assert np.isfinite(q).all()
     low, high = body.range_rad.T
     excess = np.maximum(low - q[7:], q[7:] - high)
@@ -56,7 +56,7 @@ def test_it_converges_to_exact_joints_of_usual_poses(mode):
     body, rng = humanoid(), np.random.default_rng(21)
     solver = make_solver(f"ik={mode}")
     means = []
-    for _ in range(12):  # a jump from pose to pose: the trunk moves, so that it has to find each anew
+    for _ in range(12):  # a jump from pose to pose: the trunk moves, so that each must be found again
         target = site_positions(body, usual_q(body, rng))
         q = follow(solver, target, 25)
         assert_human(body, q)
@@ -90,7 +90,7 @@ def test_children_and_giants(height_m):
 
 
 def adversarial_joints(rng):
-    """Joints from hell: random clouds, far away, subsets, coincident, swapped, mirrored, another scale."""
+    """Adversarial joints: random clouds, far away, subsets, coincident, swapped, mirrored, another scale."""
     body = humanoid()
     base = site_positions(body, random_q(body, rng))
     kinds = {
@@ -259,7 +259,7 @@ def test_without_human_limits_the_pose_follows_beyond_them():
 
 
 def test_the_stage_has_no_favoured_place_or_direction():
-    """The same motion elsewhere, turned, gives the same pose there."""
+    """The same motion elsewhere and turned gives the same pose there."""
     T = camera_at(0.0)
     turn = np.eye(4)
     angle = 2.1

@@ -1,4 +1,4 @@
-"""Swing: rotations that point along the joints, and nothing where they do not tell."""
+"""Swing: rotations that point along the joints, and none where the joints do not define one."""
 
 import numpy as np
 import pytest

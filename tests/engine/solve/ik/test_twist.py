@@ -1,4 +1,4 @@
-"""A straight limb's twist is not told by its joints, and so it stays."""
+"""Joints do not define the twist of a straight limb, so it stays."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_its_twists_are_those_of_upper_arms_and_thighs():
 
 
 def test_noise_does_not_twist_a_straight_arm():
-    """It is the elbow's noise, a little off the arm's line, that would turn it."""
+    """The elbow's noise, a little off the arm's line, would turn it."""
     body, rng = humanoid(), np.random.default_rng(3)
     solver = Solver(body, parse_settings("studio"))
     at = body.model.joint("LeftArm_twist").qposadr[0]

@@ -52,7 +52,7 @@ def test_covariance_moves_on_as_the_motion_prior_says(belief):
         ]
     )
     expected = move @ before @ move.T + noise
-    # the weak pull to rest only ever makes hinges surer, and hardly here
+    # the weak pull to rest can only reduce the hinges' variance, and hardly does here
     np.testing.assert_allclose(belief.covariance, expected, rtol=0.02, atol=1e-6)
     np.testing.assert_allclose(belief.covariance, belief.covariance.T, atol=1e-12)
 
@@ -105,7 +105,7 @@ def test_a_step_moves_configuration_and_velocity(belief):
     ("deviations", "share"), [(0.0, LIVELY_RANGE[0]), (1.0, 1.0), (4.0, LIVELY_RANGE[1])]
 )
 def test_what_is_corrected_by_more_than_expected_accelerates_more(belief, deviations, share):
-    """A velocity that is corrected by as much as expected accelerates as usual."""
+    """A velocity with a correction of the expected size accelerates as usual."""
     dof, gained, step = 2, np.zeros((2 * NV, 2 * NV)), np.zeros(2 * NV)
     gained[NV + dof, NV + dof], step[NV + dof] = 1e-4, deviations * 1e-2
     for _ in range(200):
@@ -119,7 +119,7 @@ def test_what_is_corrected_by_more_than_expected_accelerates_more(belief, deviat
 
 
 def test_what_is_told_later_corrects_what_was_before(belief):
-    """Against the gain of Rauch, Tung and Striebel, for hips, whose place no rest pulls."""
+    """Compared with the gain of Rauch, Tung and Striebel, for hips, whose place no rest pulls."""
     rng, dt, hips = np.random.default_rng(3), 1 / 60, np.r_[0:3, NV : NV + 3]
     half = np.zeros((2 * NV, 2 * NV))
     half[np.ix_(hips, hips)] = 0.1 * rng.normal(size=(6, 6))

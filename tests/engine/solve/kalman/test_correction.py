@@ -20,7 +20,7 @@ def case():
 
 
 def conditioned(covariance, rows, noise, off):
-    """Mean and fall of covariance by the textbook, with `rows` of the whole state."""
+    """Mean and reduction of covariance by the textbook, with `rows` of the whole state."""
     total = rows @ covariance @ rows.T + noise
     gain = covariance @ rows.T @ np.linalg.inv(total)
     return gain @ off, gain @ rows @ covariance

@@ -29,7 +29,7 @@ def moved(metres, axis=0):
 
 
 def run(feet, path, axis=0):
-    """The feet put out while the hips go along a path [m], one value per frame."""
+    """The output feet while the hips move along a path [m], one value per frame."""
     out, last = [], path[0]
     for metres in path:
         velocity = np.zeros(NV)
@@ -79,7 +79,7 @@ def test_what_is_sure_does_not_give_way(feet):
 
 
 def test_a_foot_that_points_through_the_floor_is_lifted_whole(feet):
-    """Its ankle is as low as one that stands; were it held there, toes that surely point down would stay under."""
+    """Its ankle is as low as a standing one; were it held there, toes that surely point down would stay under."""
     q, place = HUMANOID.rest_qpos.copy(), PLACE.copy()
     bend = HUMANOID.model.joint("RightFoot_bend")
     q[bend.qposadr[0]], place[bend.dofadr[0], bend.dofadr[0]] = np.radians(50), 0.001**2
@@ -92,7 +92,7 @@ def test_a_foot_that_points_through_the_floor_is_lifted_whole(feet):
 def test_a_foot_that_stands_by_an_edit_comes_to_the_mean_of_where_it_was_seen(feet):
     rng, stands = np.random.default_rng(0), np.ones(4, dtype=np.int8)
     sway = 0.02 * rng.standard_normal(480)
-    sway[0] = 0.05  # where it was seen first is far off
+    sway[0] = 0.05  # it was first seen far off
     out = []
     for metres in sway:
         out.append(feet_of(feet.held(moved(metres), np.zeros(NV), PLACE, DT, stands))[:, 0])

@@ -1,4 +1,4 @@
-"""Clock estimation: offset and drift out of exchanges with uneven delays, and models put together."""
+"""Clock estimation: offset and drift from exchanges with uneven delays, and combined models."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ SECOND = 1_000_000_000
 
 
 def exchange(truth: ClockModel, server_ns: int, there_ns: int, back_ns: int) -> tuple[int, int, int, int]:
-    """An exchange that reaches the server at `server_ns`, by a camera whose clock maps to it by `truth`."""
+    """An exchange that reaches the server at `server_ns`, from a camera whose clock maps to it by `truth`."""
     to_device = invert(truth)
     send, reply = server_ns, server_ns + 30_000
     return (to_device.stage_ns(send - there_ns), send, reply, to_device.stage_ns(reply + back_ns))
@@ -118,7 +118,7 @@ def test_models_chain_invert_and_shift():
 
 
 def arrivals(estimator: ClockEstimator, offsets_ms: list[float], first: int = 0) -> None:
-    """Frames 33 ms apart, each with how long after its stamp it came."""
+    """Frames 33 ms apart, each with its delay from stamp to arrival."""
     for k, offset_ms in enumerate(offsets_ms, first):
         estimator.add_arrival(k * 33_000_000, k * 33_000_000 + round(offset_ms * 1e6))
 

@@ -10,7 +10,7 @@ MS = 1_000_000
 
 
 def feed(schedule, arrivals):
-    """Feed (camera, stage time) in order; return what came due, and when."""
+    """Feed (camera, stage time) in order; return which frames became due, and when."""
     newest, out = {}, []
     for camera, stage_ns in arrivals:
         newest[camera] = stage_ns
@@ -33,7 +33,7 @@ def test_each_tick_comes_once_and_in_order(hz):
 
 
 def begun(*cameras):
-    """A schedule whose output has begun with frames at SECOND, and gone on to just before it."""
+    """A schedule whose output began with frames at SECOND and continued to just before it."""
     schedule = Schedule(60)
     assert feed(schedule, [(camera, SECOND - 100 * MS) for camera in cameras]) == []
     feed(schedule, [(camera, SECOND) for camera in cameras])

@@ -1,4 +1,4 @@
-"""Landmarks of a rolling shutter are moved to the moment of their stamp."""
+"""Landmarks of a rolling shutter are moved to the time of their stamp."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def frame(k: int, pixels: np.ndarray, hands: np.ndarray | None = None) -> Camera
 
 
 def read(time_s: float) -> np.ndarray:
-    """Landmarks that move evenly, as the rows are read: at t = time + readout * (row / height - 1 / 2)."""
+    """Landmarks that move evenly, at the rows' times of reading: t = time + readout * (row / height - 1 / 2)."""
     still = AT_FIRST + SPEED * time_s
     late_s = READOUT_S * ((still[:, 1] + 0.5) / HEIGHT - 0.5) / (1.0 - READOUT_S * SPEED[1] / HEIGHT)
     return still + SPEED * late_s[:, None]

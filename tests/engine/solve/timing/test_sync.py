@@ -1,4 +1,4 @@
-"""Synchronisation: clocks, interpolation, gaps, and the way to the stage frame."""
+"""Synchronisation: clocks, interpolation, gaps, and the transform to the stage frame."""
 
 from dataclasses import replace
 

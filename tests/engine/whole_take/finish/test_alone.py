@@ -1,4 +1,4 @@
-"""A camera without depth that alone sees the performer counts less: its errors would tell how far the body is."""
+"""A single camera without depth that sees the performer counts less: its errors would decide the body's distance."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from studio.engine.whole_take.finish.measurements import ALONE_SHARE, Measuremen
 
 FRAME_S = 1 / 60
 FRAMES, GONE, GAP = 60, 30, (10, 12)
-"""The second camera sees the performer up to a frame, with a gap that is no absence."""
+"""The second camera sees the performer up to this frame, with a gap that is too short for an absence."""
 
 
 def measured(*along_m: float) -> Measurements:

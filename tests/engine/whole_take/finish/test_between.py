@@ -1,4 +1,4 @@
-"""Performers touch where an operator says that they do: both give way by half."""
+"""Performers touch where an operator's edit says so: each moves half of the way."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ HEIGHTS_M = {"performer_1": 1.8, "performer_2": 1.6}
 
 @pytest.fixture
 def surfaces() -> dict[str, Surfaces]:
-    """Two who are there for a second; the second's frames are a little later, and begin late."""
+    """Two performers, present for a second; the second one's frames are a little later, and begin late."""
     rng = np.random.default_rng(4)
     times = np.arange(60) * round(1e9 * DT)
     return {

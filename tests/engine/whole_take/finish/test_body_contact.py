@@ -1,4 +1,4 @@
-"""Parts of the body that lie in each other are pushed apart, and nothing else."""
+"""Parts of the body that penetrate each other are pushed apart; nothing else changes."""
 
 import numpy as np
 import pytest
@@ -21,12 +21,12 @@ def body():
 
 @pytest.fixture
 def all_believed(monkeypatch):
-    """Every depth counts alike."""
+    """Make every depth count alike."""
     monkeypatch.setattr(body_contact, "BELIEVED_M", 1e3)
 
 
 def _hanging(humanoid, abduction: float) -> np.ndarray:
-    """The rest pose with the right arm hanging so far out [rad], from the shoulder's hinges that do it best."""
+    """The rest pose with the right arm hanging outwards by this angle [rad], by the best hinges of the shoulder."""
     q = np.zeros(humanoid.model.nq)
     q[:7] = humanoid.rest_qpos[:7]
     q[7:] = humanoid.rest_q
@@ -52,7 +52,7 @@ def test_a_t_pose_asks_for_nothing(body):
 
 
 def test_a_row_says_how_two_parts_come_apart(body, all_believed):
-    """The residual falls by the row times a small step: finite differences, to what tapering adds."""
+    """The residual falls by the row times a small step: finite differences, up to the effect of tapering."""
     humanoid, kinematics, contact = body
     q = _hanging(humanoid, -0.3)
     frames, rows, residuals = contact.rows(*kinematics.linearised(q))
@@ -86,7 +86,7 @@ def test_parts_scale_with_the_performer(all_believed):
 
 
 def _forearm_in_thigh(deep_m: float) -> np.ndarray:
-    """Canonical joints of which the right forearm lies across the right thigh, so deep beyond what flesh gives."""
+    """Canonical joints with the right forearm across the right thigh, this deep beyond what flesh gives."""
     sites = anthropometric_positions(1.7)[None].copy()
     hip, knee = sites[0, INDEX["right_hip"]], sites[0, INDEX["right_knee"]]
     thigh = 0.5 * (hip + knee)

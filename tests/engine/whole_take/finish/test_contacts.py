@@ -1,4 +1,4 @@
-"""Who stands when: found in a smooth pass over the take."""
+"""When feet stand, found in a smooth pass over the take."""
 
 from itertools import pairwise
 
@@ -35,7 +35,7 @@ def test_noise_that_lifts_a_standing_toe_for_a_moment_ends_no_stance():
 
 
 def test_a_foot_that_seems_to_wander_stays_at_its_place():
-    """Noise alike over a second moves a moving mean by centimetres; the place does not move."""
+    """Noise that is correlated over a second moves a moving mean by centimetres; the place stays."""
     rng = np.random.default_rng(3)
     noise = gaussian_filter1d(rng.normal(size=(600, 3)), 15.0, axis=0)
     path = np.array([0.1, 0.2, 0.08]) + 0.015 * noise / noise.std()
@@ -60,7 +60,7 @@ def test_a_path_that_noise_leads_less_astray_is_sooner_at_another_place():
 
 
 def test_places_are_the_best_of_all_ways_to_change():
-    """Against every way to cut a short path into two."""
+    """Compared with every way to cut a short path into two."""
     path = np.zeros((48, 3))
     path[:, 0] = 0.08 * np.sin(np.linspace(0.0, 4.0, 48))
     dt, places = 1 / 60, places_of(path, 1 / 60)

@@ -1,4 +1,4 @@
-"""Finishing: the whole take at once is smoother and nearer than live, holds feet, and does not show its windows."""
+"""Finishing the whole take at once is smoother and nearer than live, holds feet, and hides its windows."""
 
 from dataclasses import replace
 
@@ -101,7 +101,7 @@ def test_there_must_be_a_solve_to_refine(take):
 
 
 def test_a_joint_out_of_reach_is_not_followed(take):
-    """The cameras see a wrist 0.2 m too high; at reach 0 it goes where the arm leads it."""
+    """The cameras see a wrist 0.2 m too high; at reach 0 the arm decides its place."""
     frames, calibration, _ = take
     wrist = INDEX["left_wrist"]
     wrong = []

@@ -1,4 +1,4 @@
-"""A guess of which leg is in front counts where one camera alone sees them, and the solve contradicts it by far."""
+"""A guess of the front leg counts where a single camera sees the legs and the solve contradicts it by far."""
 
 import numpy as np
 import pytest
@@ -10,14 +10,14 @@ from studio.engine.whole_take.finish.measurements import Measurements, measure
 
 FRAME_S = 1 / 30
 FRAMES, GONE = 30, 15
-"""The second camera sees the performer up to a frame."""
+"""The second camera sees the performer up to this frame."""
 
 CENTRES = np.array([[4.0, 0.0, 1.0], [0.0, 4.0, 1.0]])
 LEFT, RIGHT = INDEX["left_ankle"], INDEX["right_ankle"]
 
 
 def body_m(apart_m: float) -> np.ndarray:
-    """Joints of somebody whose left ankle is so far behind the right one for the first camera, shape (21, 3)."""
+    """Joints of a person whose left ankle is this far behind the right one for the first camera, shape (21, 3)."""
     joints = np.zeros((JOINT_COUNT, 3))
     joints[:, 2] = 1.0
     joints[[LEFT, RIGHT], 2] = 0.1
@@ -26,7 +26,7 @@ def body_m(apart_m: float) -> np.ndarray:
 
 
 def measured(behind_m: float) -> Measurements:
-    """What two cameras measure that guess the left ankle so far behind the right one."""
+    """Measurements of two cameras that guess the left ankle this far behind the right one."""
     positions = np.broadcast_to(body_m(0.0), (FRAMES, 2, JOINT_COUNT, 3)).copy()
     positions[GONE:, 1] = np.nan
     guess = np.zeros((FRAMES, 2, JOINT_COUNT))
@@ -37,7 +37,7 @@ def measured(behind_m: float) -> Measurements:
 
 
 def pull(apart_m: float, behind_m: float) -> np.ndarray:
-    """What the guess adds at each frame and joint, shape (30, 21, 3)."""
+    """The contribution of the guess at each frame and joint, shape (30, 21, 3)."""
     weight, out = np.zeros((FRAMES, JOINT_COUNT, 3, 3)), np.zeros((FRAMES, JOINT_COUNT, 3))
     sites = np.broadcast_to(body_m(apart_m), out.shape)
     add_guessed_legs(weight, out, sites, measured(behind_m), 1.0)
@@ -49,7 +49,7 @@ def pull(apart_m: float, behind_m: float) -> np.ndarray:
 def test_legs_that_the_guess_has_the_other_way_round_are_drawn_to_it():
     drawn = pull(0.5, -0.4)
     alone = slice(GONE + 4, None)
-    assert not drawn[: GONE - 4].any()  # two cameras tell the depth
+    assert not drawn[: GONE - 4].any()  # two cameras give the depth
     assert (drawn[alone, LEFT, 0] > 0.0).all() and (drawn[alone, RIGHT, 0] < 0.0).all()
     assert set(np.flatnonzero(drawn.any(axis=(0, 2)))) == {LEFT, RIGHT}
 

@@ -1,4 +1,4 @@
-"""How alike noise is from frame to frame is told by what joints do, whatever the size of the noise."""
+"""Joints show how correlated noise is from frame to frame, whatever its size."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ FRAMES = 900
 
 
 def scale_of(memory: float, sigma_m: float) -> NoiseScale:
-    """What is told of noise, the same in all directions, of which so much is kept from one frame to the next."""
+    """Estimate for noise that is the same in all directions, of which this share is kept from frame to frame."""
     rng = np.random.default_rng(7)
     noise = rng.normal(0.0, sigma_m, (FRAMES, 1, JOINT_COUNT, 3))
     for k in range(1, FRAMES):
@@ -34,7 +34,7 @@ def test_nothing_is_told_where_nothing_was_seen():
 
 
 def test_noise_along_the_ray_is_told_apart_from_noise_across_it():
-    """Joints 3.16 m away: usually 2.1 times as far off along the ray, for an elbow 16 and 10 mm."""
+    """Joints 3.16 m away: usually 2.1 times as far off along the ray, 16 and 10 mm for an elbow."""
     ray = np.hypot(3.0, 1.0)
     weighing, spread = (found[0, :, INDEX["left_elbow"]] for found in scale_of(0.0, 0.015).factors())
     usual_m = np.array([0.0016 * ray**2, 0.0032 * ray])

@@ -1,4 +1,4 @@
-"""Performers make room for one another, and hands meet that hold each other."""
+"""Performers make room for one another, and hands that hold each other meet."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def body():
 
 
 def standing(body):
-    """A configuration at rest, and its joints, of one frame."""
+    """A configuration at rest and its joints, for one frame."""
     q = body.rest_qpos[None].copy()
     return q, Kinematics(body).sites(q)
 
@@ -37,7 +37,7 @@ def surfaces(body, sites):
 
 
 def stepped(body, q, other):
-    """A configuration after one Gauss-Newton step of the rows alone."""
+    """A configuration after one Gauss-Newton step of these rows alone."""
     _, rows, residuals = OtherBodies(body.skeleton.height_m).rows(q, Kinematics(body), other)
     normal = rows.T @ rows + 3.0 * np.eye(rows.shape[1])
     return moved(q, np.linalg.solve(normal, rows.T @ residuals)[None])
@@ -64,7 +64,7 @@ def test_who_is_apart_or_away_stays(body):
 def test_hands_that_hold_meet(body):
     q, sites = standing(body)
     left, right = (sites[0, INDEX[f"{side}_hand"]] for side in ("left", "right"))
-    there = sites + (left - right) + [0.12, 0.0, 0.0]  # their right hand is beside the left one
+    there = sites + (left - right) + [0.12, 0.0, 0.0]  # their right hand is next to the left one
     holds = NOBODY_HOLDS.copy()
     holds[0, 0, 1] = True
     after = Kinematics(body).sites(stepped(body, q, OtherPerformer(there, body.skeleton.height_m, holds)))
@@ -74,7 +74,7 @@ def test_hands_that_hold_meet(body):
 
 @pytest.mark.parametrize(("seconds", "holds"), [(1.0, True), (0.3, False)])
 def test_hands_hold_that_stay_together(body, seconds, holds):
-    """A blow and hands that pass do not."""
+    """A blow and passing hands do not count as holding."""
     sites = np.repeat(standing(body)[1], 120, axis=0)
     left, right = (sites[0, INDEX[f"{side}_hand"]] for side in ("left", "right"))
     there = sites + (left - right) + [0.5, 0.0, 0.0]

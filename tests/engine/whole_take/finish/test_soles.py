@@ -24,7 +24,7 @@ def _contacts(feet):
 
 @pytest.mark.parametrize("off_m", [0.02, -0.03])
 def test_a_take_that_hovers_or_sinks_is_brought_to_the_floor(off_m):
-    """In the T-pose the ball of the foot stands 2 cm over the sole, as exports have it."""
+    """In the T-pose the ball of the foot is 2 cm above the sole, as in exports."""
     humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(len(SHAPE)))))
     joints = [INDEX[name] for name in ("left_ankle", "left_toe", "right_ankle", "right_toe")]
     rest_m = humanoid.skeleton.rest_positions_m[OUTPUT_OF_CANONICAL_INDEX[joints]]
@@ -80,7 +80,7 @@ def test_a_swinging_foot_that_dips_into_the_floor_is_raised_and_not_the_take():
 
 
 def test_feet_are_the_joints_that_the_take_is_solved_with():
-    """One walk of the kinematics gives what two gave, to the last bit."""
+    """One pass through the kinematics gives the same as two passes, to the last bit."""
     humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(len(SHAPE)))))
     q = np.tile(humanoid.rest_qpos, (20, 1)) + np.random.default_rng(1).normal(scale=0.2, size=(20, 1))
     feet = feet_of(humanoid, q, REST_M)
@@ -90,7 +90,7 @@ def test_feet_are_the_joints_that_the_take_is_solved_with():
 
 
 def test_a_foot_that_was_pinned_too_low_is_raised_to_the_floor():
-    """The right foot's pin has its sole 4 cm under the floor for some frames."""
+    """The pin of the right foot puts its sole 4 cm under the floor for some frames."""
     feet = np.tile(
         np.array([[0.1, 0.0, 0.08], [0.1, -0.1, 0.04], [-0.1, 0.0, 0.08], [-0.1, -0.1, 0.04]]), (90, 1, 1)
     )

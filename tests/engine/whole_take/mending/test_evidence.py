@@ -1,4 +1,4 @@
-"""What an error of cameras costs."""
+"""The cost of an error of cameras."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ COUNT, PIN = 60, 30
 
 
 def test_an_end_of_an_error_that_nobody_sees_costs_something():
-    """Near the first and the last frame no jump is known, so that ends cost nothing else there."""
+    """Jumps are unknown near the first and the last frame, so that ends would otherwise cost nothing there."""
     unknown = np.isnan(jumps_of(np.zeros((COUNT, 1, 1, 3)))[:, 0, 0, 0])
     jumps = np.where(unknown, 0.0, 1000.0)
     at = slice(PIN, PIN + 1)

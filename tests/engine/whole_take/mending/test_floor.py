@@ -1,4 +1,4 @@
-"""How far a take will be raised is told by feet that no pin calls wrong."""
+"""The height by which a take is raised comes from feet that no pin calls wrong."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ LEG = [INDEX[f"left_{name}"] for name in ("knee", "ankle", "toe")]
 
 
 def lift(sunk_m: float, joint: str) -> float:
-    """The lift of somebody who stands 3 cm too low, whose left leg is seen still lower for a while, with a pin of a
+    """The lift of a performer who stands 3 cm too low, whose left leg is seen even lower for a while, with a pin of a
     joint."""
     frames: dict[str, list[CameraFrame]] = {}
     for name in NAMES:

@@ -1,4 +1,4 @@
-"""Where the end of a limb usually is, told by the rest of the limb."""
+"""The usual place of the end of a limb, predicted from the rest of the limb."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ ANKLE, KNEE = INDEX["left_ankle"], INDEX["left_knee"]
 def test_a_shank_that_swings_as_its_thigh_does_is_found_and_one_that_does_not_goes_through_its_pin(
     follows: bool,
 ):
-    """The thighs swing in turn; the shanks swing as they do, or both of them in their own way."""
+    """The thighs swing in turn; the shanks swing either like the thighs or in their own way."""
     time_s, rng = STEP_S * np.arange(COUNT), np.random.default_rng(3)
     middle = np.zeros((COUNT, JOINT_COUNT, 3))
     for side, phase in (("left", 0.0), ("right", np.pi)):
@@ -38,7 +38,7 @@ def test_a_shank_that_swings_as_its_thigh_does_is_found_and_one_that_does_not_go
     unseen = off[FIRST:LAST].mean()
     if follows:
         assert unseen < 0.02
-    else:  # nothing tells where it is; it is no further off than its bone is long
+    else:  # nothing shows where it is; it is no further off than its bone is long
         assert 0.1 < unseen < 0.4
 
 

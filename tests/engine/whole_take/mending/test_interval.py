@@ -1,4 +1,4 @@
-"""A pin proves from when to when cameras were wrong, and how: on an arm whose true path is known."""
+"""A pin shows from when to when cameras were wrong, and how: on an arm whose true path is known."""
 
 from dataclasses import replace
 
@@ -66,7 +66,7 @@ def test_a_wrist_that_is_taken_for_the_spine_is_neither_shifted_nor_held(arm: fl
 
 
 def test_a_joint_that_is_held_in_its_place_is_let_go_from_jump_to_jump():
-    """Its bone has about its length all the time."""
+    """Its bone keeps about its length all the time."""
     tracks = seen()
     for joint in ARM[1:]:
         tracks[BEGIN:END, :, joint] = tracks[BEGIN, :, joint]
@@ -76,7 +76,7 @@ def test_a_joint_that_is_held_in_its_place_is_let_go_from_jump_to_jump():
 
 
 def test_a_joint_that_stands_still_is_held_there_unless_much_tells_of_a_shift():
-    """One end of the shift, before a pin, is not in what is known around it."""
+    """One end of the shift, before a pin, is outside the known part around the pin."""
     true = np.array([joints_m(0.05 * STEP_S * k) for k in range(COUNT)])
     for size_m, follows in ((0.085, False), (0.2, True)):
         tracks = seen(true)
@@ -88,7 +88,7 @@ def test_a_joint_that_stands_still_is_held_there_unless_much_tells_of_a_shift():
 
 @pytest.mark.parametrize(("cost", "wins"), [(-489.0, True), (-40.0, False)], ids=["sure", "weak"])
 def test_a_sure_shift_is_likelier_than_a_joint_that_is_held(cost: float, wins: bool):
-    """By the names of the other side a limb may be shifted that by its own stands still for a moment."""
+    """With sides exchanged, a limb may look shifted that otherwise stands still for a moment."""
     rows, no_shift = slice(BEGIN, END), np.zeros(3)
     held = Erring(rows, (WRIST,), no_shift, in_body=False, follows=False, cost=-1067.0, held=True)
     shift = Erring(rows, (WRIST,), no_shift + 0.1, in_body=False, follows=True, cost=cost)

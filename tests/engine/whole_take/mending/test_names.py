@@ -1,4 +1,4 @@
-"""An error that follows the names of a camera is mended on the other limb where the camera exchanges its sides."""
+"""An error that follows a camera's names is corrected on the other limb while the camera exchanges its sides."""
 
 import numpy as np
 import pytest

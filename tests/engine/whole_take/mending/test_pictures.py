@@ -1,4 +1,4 @@
-"""Cameras without depth are mended around a pin: their joints are put where they were in the pictures."""
+"""Cameras without depth are corrected around a pin: their joints are put where they were in the pictures."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ WRIST, HAND = INDEX["left_wrist"], INDEX["left_hand"]
 
 
 def seen() -> tuple[dict[str, list[CameraFrame]], Calibration]:
-    """A performer in three pictures; all take the wrist for the hip for a while."""
+    """A performer in three pictures; all cameras take the wrist for the hip for a while."""
     rng, stage = np.random.default_rng(1), calibration(NAMES)
     cameras = {name: replace(camera, lens=LENS) for name, camera in stage.cameras.items()}
     unseen, frames = np.full((JOINT_COUNT, 3), np.nan), dict[str, list[CameraFrame]]()

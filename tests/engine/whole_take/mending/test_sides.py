@@ -1,4 +1,4 @@
-"""Left and right of cameras around a pin: they go on where all cameras exchange them at once."""
+"""Left and right of cameras around a pin: they continue where all cameras exchange them at once."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ COUNT, CAMERAS = 120, 3
 
 
 def test_sides_go_on_where_all_cameras_exchange_them_at_once():
-    """Most cameras exchange their sides for a while, then all do, on a body that turns."""
+    """Most cameras exchange their sides for a while, then all do, on a turning body."""
     rng = np.random.default_rng(5)
     true = np.array([joints_m(STEP_S * k) for k in range(COUNT)])
     centre = true[:, INDEX["hips"]].mean(axis=0)

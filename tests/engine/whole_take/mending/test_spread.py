@@ -1,4 +1,4 @@
-"""The path of a joint through its pin, while nothing is known of it or some of what is known is wrong."""
+"""The path of a joint through its pin, while the joint is unknown or partly wrong."""
 
 import numpy as np
 import pytest

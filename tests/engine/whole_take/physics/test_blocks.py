@@ -1,4 +1,4 @@
-"""Banded normal equations against dense ones, and rows' Jacobians against differences."""
+"""Banded normal equations against dense ones, and rows' Jacobians against finite differences."""
 
 import numpy as np
 
@@ -46,7 +46,7 @@ def test_wrench_jacobians_are_the_differences():
             other = dynamics(body(), moved(q, step), DT, points)
             arms = np.cross(
                 motion.com[1:-1] - other.com[1:-1], forces.at_points.sum(axis=1)
-            )  # the moment of forces that stay
+            )  # the moment of constant forces
             change = (
                 np.hstack([other.force - motion.force, (other.moment - motion.moment - arms) / ARM_M]) / small
             )

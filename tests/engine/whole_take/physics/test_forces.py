@@ -1,4 +1,4 @@
-"""What a motion demands, what the floor can give, and what is left for the joints."""
+"""The forces that a motion demands, those that the floor can give, and the rest, which the joints carry."""
 
 import mujoco
 import numpy as np

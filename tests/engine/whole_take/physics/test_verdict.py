@@ -1,4 +1,4 @@
-"""The corrected motion is kept where it measures better, and nowhere else."""
+"""The corrected motion is kept where its measure is better, and nowhere else."""
 
 import numpy as np
 

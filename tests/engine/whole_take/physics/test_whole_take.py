@@ -1,4 +1,4 @@
-"""A jump seen with noise and finished: with physics its flight follows gravity, and nothing else gets worse."""
+"""A jump seen with noise and finished: with physics its flight follows gravity, and no other figure gets worse."""
 
 import mujoco
 import numpy as np
@@ -85,7 +85,7 @@ def body(calibration):
 
 
 def off_gravity_m_s2(body, results, flight):
-    """How far the centre of mass is from falling freely in flight, mean over its frames."""
+    """Mean deviation of the centre of mass's acceleration from free fall, over the frames in flight."""
     data, com = mujoco.MjData(body.model), []
     for result in results:
         data.qpos[:] = result.configuration

@@ -1,4 +1,4 @@
-"""Trajectories of the authored humanoid whose physics is known."""
+"""Trajectories of the authored humanoid with known physics."""
 
 import numpy as np
 from numpy.typing import NDArray

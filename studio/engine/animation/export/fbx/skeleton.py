@@ -32,7 +32,7 @@ def add_skeleton(
         objects: of the file.
         motion: the skeleton.
         orders: of the joints' rotations.
-        space: in front of the joints' names, such as `Ana:`.
+        space: prefix of the joints' names, such as `Ana:`.
         under: the object above the skeleton; None = the scene.
     """
     before_deg = [euler_deg(turn[None], "ZYX")[0] for turn in motion.rest_local_wxyz]
@@ -78,8 +78,8 @@ def add_model(objects: Objects, name: str, kind: str, more: Sequence[Node] = ())
 
 
 def undecided_rows(motion: LocalMotion) -> list[Node]:
-    """Return the custom property `undecided_s`: spans [s] in which the performer was not told apart from another, as
-    JSON; none for a performer who is alone."""
+    """Return the custom property `undecided_s`: spans [s] in which the performer's identity is uncertain, as JSON;
+    none for a single performer."""
     if motion.undecided_s is None:
         return []
     return [scene.custom_text("undecided_s", json.dumps([list(span) for span in motion.undecided_s]))]

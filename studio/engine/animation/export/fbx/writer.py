@@ -77,7 +77,7 @@ def write_fbx_scene(
 ) -> None:
     """Write several performers as a binary FBX file with one take, atomically.
 
-    Each is a null of their name, above their skeleton and body, whose names have the namespace of the performer.
+    Each is a null of their name, above their skeleton and body, whose names have the performer's namespace.
 
     Args:
         performers: by names that are namespaces; all from the same instant on, at one rate.

@@ -17,14 +17,14 @@ _CAUCHY = 2.0
 _BONE_M = 0.025
 _LIMBS_SHARE = 1e-3
 _OWN_FOCAL, _ALIKE_FOCAL, _COMMON_FOCAL = 0.12, 0.05, 0.20
-"""Standard deviations of free focal lengths, as logarithms: of cameras from their mean, the same if all cameras seem
-to be of one model, and of the mean from the usual focal length."""
+"""Standard deviations of unknown focal lengths, as logarithms: of cameras from their mean; the same if all cameras
+seem to be of one model; of the mean from the usual focal length."""
 _SAME_SIZE = 1.02
 _BEND = 0.05
 _CENTRE_SHARE = 0.012
 """Deviation of the principal point from the picture's middle, as a share of the focal length."""
 _ALIKE_S = 0.5
-"""Correlation time of landmark errors: observations within it count once against the priors."""
+"""Correlation time of landmark errors: observations within it count as one against the priors."""
 _AHEAD_S = 0.05
 _BEHIND = 0.1
 """Residual of a landmark whose joint is behind the camera, as a share of the focal length."""

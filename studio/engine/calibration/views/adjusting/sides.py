@@ -1,7 +1,7 @@
 """Left and right: the arms and legs that each camera has swapped, by frame.
 
-Every combination of exchanges between the cameras is tried; the one whose rays meet best is taken. Of two that meet
-equally well, the one with fewer exchanges is right.
+Every combination of exchanges is tried; the one whose rays meet best is taken. Of two that meet equally well, the one
+with fewer exchanges is taken.
 """
 
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ _MOST_CAMERAS = 5
 _CLIPPED = 25.0
 """Largest cost of one landmark, in squared usual errors."""
 _EXCHANGE_COST = 12.0
-"""Least gain from exchanging one camera's arms or legs in one frame, in squared usual errors."""
+"""Minimum gain from exchanging one camera's arms or legs in one frame, in squared usual errors."""
 _NEAR_S = 0.1
-"""Largest time from a frame to the nearest instant, whose exchanges the frame takes."""
+"""Largest time from a frame to the nearest instant, whose exchanges are applied to the frame."""
 
 
 def find_swaps(rig: CameraRig, tracks: list[ViewTrack], times_s: Array) -> list[np.ndarray]:
@@ -60,8 +60,8 @@ def brought_together(
 
 
 def misfit(rig: CameraRig, tracks: list[ViewTrack], times_s: Array, loose: float) -> float:
-    """Return the mean clipped squared error of a rig's rays, left and right exchanged where that helps, in units of
-    usual errors times `loose`."""
+    """Return the mean clipped squared error of a rig's rays, with left and right exchanged where that helps, in units
+    of usual errors times `loose`."""
     points, weight = at_instants(rig.ahead_s, tracks, times_s)
     cost = sum(float(_choose(rig, points, weight / loose**2, group)[1].sum()) for group in (_ARMS, _LEGS))
     return cost / max(int((weight > 0).sum()), 1)

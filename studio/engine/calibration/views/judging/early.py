@@ -1,4 +1,4 @@
-"""Refusals before any adjustment, of cameras whose pictures do not suffice to place them."""
+"""Refusals, before any adjustment, of cameras whose pictures do not suffice to place them."""
 
 from collections.abc import Sequence
 
@@ -35,7 +35,7 @@ _SAME = 0.15
 def refused_early(
     views: Sequence[View], tracks: Sequence[ViewTrack], pairs: dict[tuple[int, int], ViewPair]
 ) -> list[list[Said]]:
-    """Return by camera why it cannot be placed; empty if it can."""
+    """Return, by camera, why it cannot be placed; empty if it can."""
     out: list[list[Said]] = [[] for _ in views]
     for c, (view, track) in enumerate(zip(views, tracks, strict=True)):
         frames = int((track.seen.sum(axis=1) >= _LEAST_JOINTS).sum())

@@ -68,7 +68,7 @@ class PlacedView:
         ahead_s: what is added to the camera's stamps to give the first camera's clock [s].
         rests: residuals of its landmarks.
         uncertain: standard deviations of its parameters.
-        swapped: share of its frames in which left and right of arms or legs were exchanged.
+        swapped: share of its frames in which left and right of arms or legs were swapped.
         coverage: share of the instants at which it saw the performer; None = unknown.
         verdict: `good`, `usable` or `refused`; `reasons` says why.
     """

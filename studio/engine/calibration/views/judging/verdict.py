@@ -10,7 +10,7 @@ from studio.engine.calibration.views.judging.result import Rests, Uncertain
 GOOD_MRAD, MOST_MRAD = 9.0, 15.0
 """Mean residual of a camera: 7 mrad is usual; 26 and more come from people whose landmarks are guessed."""
 GOOD_PLACE_M, MOST_PLACE_M, MOST_OF_TWO_M = 0.06, 0.25, 0.09
-"""Limits of a place's uncertainty; stricter for two cameras, as no third shows errors that their landmarks share."""
+"""Limits of a place's uncertainty; stricter for two cameras, because no third shows errors common to both."""
 GOOD_TURN_DEG, MOST_TURN_DEG = 1.5, 3.0
 GOOD_FOCAL, GOOD_FOCAL_ON_SPOT, MOST_FOCAL = 0.03, 0.02, 0.15
 LEAST_KNEES = 0.4

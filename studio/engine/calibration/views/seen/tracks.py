@@ -16,9 +16,9 @@ SMOOTH_S = 0.03
 """Standard deviation of the smoothing kernel for landmarks. It is the same for all cameras, so that they still agree
 on joints in fast motion."""
 SPEED_S = 0.08
-"""The same for speeds. With few frames a speed is uncertain, and noise in it makes clock offsets too small."""
+"""The same for speeds. Speeds from few frames are uncertain, and their noise makes clock offsets too small."""
 _SMOOTH_STEPS, _NEAR_STEPS = 0.9, 1.3
-"""For slow cameras, in steps between frames: the same, and the largest distance of a frame that counts."""
+"""For slow cameras, in steps between frames: `SMOOTH_S`, and the largest distance of a frame that counts."""
 _WINDOW = 13
 _NEAR_S = 0.06
 _LOW_CONFIDENCE = 0.5

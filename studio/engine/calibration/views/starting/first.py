@@ -21,8 +21,8 @@ _TRIED = 3
 _ROUNDS = 8
 _SMALL = 1e-3
 _STEP_S = 1.062 / 30.0
-"""Step between instants, no multiple of frame periods: instants then lie everywhere between frames. If all are at one
-distance from a frame, lines fitted to noisy landmarks agree best at a wrong clock offset."""
+"""Step between instants, no multiple of frame periods, so that instants lie everywhere between frames. If all have
+the same distance from a frame, lines fitted to noisy landmarks agree best at a wrong clock offset."""
 _LEAST_JOINTS = 8
 
 

@@ -48,8 +48,8 @@ def _place(body: Array, rays: Array) -> Array:
 def places(a: ViewTrack, b: ViewTrack, bodies_a: Array, bodies_b: Array, ahead_s: float) -> list[Array]:
     """Return candidate transforms from camera b to camera a, the likeliest first.
 
-    The guesses of two cameras that face each other may be turned by half a circle, or have left and right exchanged.
-    The candidates therefore include turns about the upright body as well as the turn that most instants agree with.
+    The guesses of two cameras that face each other may be turned by half a circle, or have left and right swapped.
+    The candidates therefore include turns about the upright body as well as the turn that most instants support.
     """
     rows, near = nearest(b, a.time_s - ahead_s)
     x, y = bodies_a, bodies_b[rows]

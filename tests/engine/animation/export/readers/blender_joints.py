@@ -1,12 +1,12 @@
 """Run by Blender's Python (bpy), once for many files: what Blender reads from FBX, BVH and GLB files.
 
-    python blender_joints.py JOBS.json
+python blender_joints.py JOBS.json
 
-JOBS.json is a list of `{"file", "out", "frames"}` and, for BVH, `scale` (metres a unit); FBX files with `importer` =
-`native` go through Blender's newer importer. Each file is imported into an empty scene, and `out` (.npz) gets names,
+JOBS.json is a list of `{"file", "out", "frames"}` and, for BVH, `scale` (metres per unit); FBX files with `importer`
+= `native` are read by Blender's newer importer. Each file is imported into an empty scene. `out` (.npz) gets names,
 parents, world matrices of the bones in the rest pose and at `frames` (after the first one, fractions allowed) [m,
-Blender's axes: z up], the frame rate, the actions, and, where there is a mesh, its vertices in the world, at rest and
-at the first and last of `frames`.
+Blender's axes: z up], the frame rate and the actions. If there is a mesh, it also gets its vertices in the world, at
+rest and at the first and last of `frames`.
 """
 
 import json
@@ -50,7 +50,7 @@ def _vertices(mesh):
 def _read(job):
     _import(job)
     rig = next(o for o in bpy.data.objects if o.type == "ARMATURE")
-    meshes = [o for o in bpy.data.objects if o.type == "MESH" and o.find_armature()]  # no shapes of bones
+    meshes = [o for o in bpy.data.objects if o.type == "MESH" and o.find_armature()]  # no custom bone shapes
     bones = [bone.name for bone in rig.data.bones]
     parents = [bones.index(b.parent.name) if b.parent else -1 for b in rig.data.bones]
     action = rig.animation_data.action

@@ -1,6 +1,6 @@
 """Animation files as other programs read them: the Autodesk FBX SDK, ufbx, Blender and bvhio.
 
-Each reader returns a `ReadBack` in file axes (y up), centimetres; a program that is not there is a skip.
+Each reader returns a `ReadBack` in file axes (y up), centimetres; if a program is missing, the test is skipped.
 """
 
 import json
@@ -22,7 +22,7 @@ TOOLS = Path(__file__).parents[5] / ".tools" / "readers"
 class ReadBack:
     """World poses that a program found: names and parents (-1 = none) of the joints, positions [cm], shape
     (sample_count, joint_count, 3), rotations, shape (sample_count, joint_count, 4), the rest positions [cm],
-    and what else the program says of the scene."""
+    and what else the program reports about the scene."""
 
     names: tuple[str, ...]
     parents: tuple[int, ...]
@@ -98,7 +98,7 @@ def _program(path: Path, name: str | None = None) -> Path:
 
 
 def _read_glb(path: Path) -> ReadBack:
-    """Return the nodes of a GLB but its root, whose baked channels all have the same times."""
+    """Return the nodes of a GLB except its root; all its baked channels have the same times."""
     data = path.read_bytes()
     json_size = int.from_bytes(data[12:16], "little")
     gltf = json.loads(data[20 : 20 + json_size])
@@ -157,7 +157,7 @@ def read_with_bvhio(path: Path) -> ReadBack:
         container = bvhio.readAsBvh(str(path))
         root = bvhio.convertBvhToHierarchy(container.Root)
     joints = [joint for joint, _, _ in root.layout()]
-    root.loadRestPose()  # bvhio turns each joint's axes along its bone: take that off again
+    root.loadRestPose()  # bvhio turns each joint's axes along its bone: undo that
     along_bone = Rotation.from_quat([list(joint.RotationWorld) for joint in joints], scalar_first=True)
     positions, rotations = [], []
     for frame in range(container.FrameCount):
@@ -184,7 +184,7 @@ def read_with_blender(jobs: dict[str, dict[str, Any]], folder: Path) -> dict[str
     """Return what Blender reads from several FBX, BVH or GLB files, in one run of the program.
 
     Args:
-        jobs: name -> `file`, `frames` (after the first, fractions allowed) and what else `blender_joints.py` takes.
+        jobs: name -> `file`, `frames` (after the first, fractions allowed) and other keys of `blender_joints.py`.
         folder: for what the program writes.
     """
     program = _program(TOOLS / "blender" / "bin" / "python", "Blender (bpy)")
@@ -200,7 +200,7 @@ def read_with_blender(jobs: dict[str, dict[str, Any]], folder: Path) -> dict[str
 
 @dataclass(frozen=True)
 class BlenderScene:
-    """What Blender found: bones, the names of the actions, and the mesh's vertices [cm] by frame or `rest`."""
+    """Blender's result: bones, the names of the actions, and the mesh's vertices [cm] by frame or `rest`."""
 
     bones: ReadBack
     actions: tuple[str, ...]

@@ -72,7 +72,7 @@ class ThreeFile:
 
 
 def open_in_three(page: Page, path: Path) -> ThreeFile:
-    """Open a GLB on a page; nothing but the vendored three.js and the file is served to it."""
+    """Open a GLB on a page, which can load only the vendored three.js and the file."""
 
     def answer(route: Route) -> None:
         url = route.request.url.removeprefix(_SITE)
