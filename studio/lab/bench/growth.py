@@ -15,8 +15,8 @@ from studio.take.raw.frames import camera_frame
 
 CAMERAS = tuple(range(1, 9))
 TAKES_S = (5.0, 10.0, 20.0, 40.0)
-BAR_CAMERAS, BAR_JOINT_SET = 4, "kinect-v2"
-"""Reference case: four cameras of 25 joints."""
+JOINT_SET = "kinect-v2"
+"""The joints of the cameras whose number grows: 25."""
 
 
 class Growth(TypedDict):
@@ -36,7 +36,7 @@ def growth(frames: int) -> Growth:
     seconds = frames / stages.SETTINGS.output_hz
     with one_core():
         by_cameras = {
-            str(count): stages.pipeline(make_stage(seconds, cameras=count, joint_set=BAR_JOINT_SET))[0]
+            str(count): stages.pipeline(make_stage(seconds, cameras=count, joint_set=JOINT_SET))[0]
             for count in CAMERAS
         }
         by_joints = {
