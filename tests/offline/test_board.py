@@ -103,6 +103,12 @@ def test_a_sheet_shows_the_board_in_true_size(text: str, number: int) -> None:
     assert apart_mm == pytest.approx(1e3 * np.linalg.norm(np.diff(seen.points[[0, -1]], axis=0)), abs=1.0)
 
 
+def test_a_picture_with_markers_of_another_board_counts_once() -> None:
+    finder = BoardFinder(Board.parse("charuco:9x6:200:150"))
+    picture = Shown(A0, lying(0.3, 0.2, 30.0)).seen_by(CAMERAS["left"], np.random.default_rng(0))
+    assert finder.find(picture[..., 0]) == [] and finder.markers == 1
+
+
 def test_no_sheet_has_a_tag_or_markers_that_do_not_exist() -> None:
     with refused(SettingsError, "value.bad"):
         board_sheet(Board.parse("apriltag:160:16h5"), 30)

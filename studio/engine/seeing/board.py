@@ -113,15 +113,18 @@ class BoardFinder:
         """Return the boards in a picture, shape (rows, columns): at most one board, or several tags."""
         if self._board.kind == "apriltag":
             return self._tags(grey)
+        found, any_markers = list[SeenBoard](), False
         for detector in self._charuco:
             corners, ids, _, markers = detector.detectBoard(grey)
-            self.markers += markers is not None and len(markers) > 0
+            any_markers = any_markers or (markers is not None and len(markers) > 0)
             if ids is not None and len(ids) >= _LEAST_CORNERS:
-                return [self._seen(np.asarray(ids).ravel(), np.asarray(corners).reshape(-1, 2))]
-        return []
+                found = [self._seen(np.asarray(ids).ravel(), np.asarray(corners).reshape(-1, 2))]
+                break
+        self.markers += any_markers
+        return found
 
     def others(self, grey: NDArray[np.uint8]) -> str:
-        """Return the dictionary or family with the most markers in a picture; "" = no markers at all."""
+        """Return the other dictionary or family with the most markers in a picture; "" = none has two."""
         counts = {}
         for name in (*DICTIONARIES[3::4], *FAMILIES):
             if name != self._board.dictionary:
