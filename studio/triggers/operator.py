@@ -1,7 +1,8 @@
-"""Effect of a trigger: starts or stops the recording, once for each request, and never another program's take.
+"""Effect of a trigger: starts or stops the recording, once for each request.
 
-A duplicate packet has the `packet` of an earlier one and does nothing. A start of the take that is being recorded
-does nothing, and so does a stop of another one. A start that arrives after its own stop is late and does nothing.
+A duplicate packet has the `packet` of an earlier one and does nothing. A start while a take is recorded does nothing,
+and so does a stop that names another take; a stop without a name ends any take. A start that arrives after its own
+stop is late and does nothing.
 """
 
 import hmac
