@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import make_transform, rotation_between, transform_points
+from studio.engine.base.sentences import Said, say
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.cameras.depth import DepthCamera, DepthFrame
 from studio.engine.seeing.cameras.floors import floor_corners, floor_of
@@ -31,8 +32,10 @@ _LEAST_PAIRS = 2000
 _GOOD_M, _USABLE_M = 0.015, 0.03
 _FLOOR_WEIGHT = 0.05
 """Weight of a corner of the floor, as a share of the weight of all points of a camera."""
-_SPREAD_REASONS = ("too little spread", "fits on even and odd", "only ")
-"""Reasons for refusing a calibration by skeletons that the body and the floor can correct."""
+_SPREAD_REASONS = {
+    "verdict.few_pairs", "verdict.few_pairs_seen", "verdict.halves_differ", "verdict.little_spread"
+}  # fmt: skip
+"""Codes of the reasons for refusing a calibration by skeletons that the body and the floor can correct."""
 
 
 def refine_camera_poses(
@@ -139,10 +142,13 @@ def _judged(camera: CameraCalibration, residual_m: float | None) -> CameraCalibr
     """Return the camera, judged by its points' distance from the body if all its reasons are `_SPREAD_REASONS`."""
     if residual_m is None:
         return camera
-    left = tuple(reason for reason in camera.reasons if not reason.startswith(_SPREAD_REASONS))
-    if left:
+    if not all(isinstance(reason, Said) and reason.code in _SPREAD_REASONS for reason in camera.reasons):
         return camera
     if residual_m > _USABLE_M:
-        text = f"its points lie {residual_m * 100:.1f} cm off the body in the middle: do not move the camera"
-        return replace(camera, verdict="refused", reasons=(text,))
+        reason = say(
+            "verdict.off_body",
+            "its points are {mm} mm off the body (median): calibrate again, and do not move the camera meanwhile",
+            mm=f"{residual_m * 1e3:.0f}",
+        )
+        return replace(camera, verdict="refused", reasons=(reason,))
     return replace(camera, verdict="good" if residual_m < _GOOD_M else "usable", reasons=())

@@ -38,6 +38,7 @@ export default {
   "clock.too_short": "trop court pour comparer le mouvement",
   "clock.nothing_at_once": "les caméras n'ont rien vu en même temps",
   "clock.too_slow": "le mouvement est trop lent pour comparer les horloges",
+  "verdict.off_body": "ses points sont à {mm} mm du corps (médiane) : recalibrez sans bouger la caméra",
   "verdict.mirrored": "l'image est en miroir : désactivez le mode miroir de la caméra et recommencez",
   "verdict.same_stream": "le flux est celui de la caméra de référence : donnez à chaque client son propre appareil",
   "verdict.little_spread": "trop peu d'étendue : parcourez tout le plateau, en avant et de côté, pas sur place ni en ligne",
