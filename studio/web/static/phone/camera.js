@@ -1,6 +1,6 @@
-// The phone's camera: asking for it, choosing among lenses, and what its track really gives.
+// The phone's camera: opening it, choosing a lens, and what its track actually delivers.
 
-/** Why no picture is to be had, as the end of a key `phone_camera.no.*`. */
+/** Reason why there is no picture, as the end of a key `phone_camera.no.*`. */
 export class NoCamera extends Error {
   constructor(why, detail = "") {
     super(detail || why);
@@ -13,7 +13,7 @@ const REASONS = { NotAllowedError: "permission", SecurityError: "permission", No
 // No cropping, no scaling: Chromium would cut a portrait picture to fit, and the focal length would not be the lens's.
 const WANTED = { width: { ideal: 1280 }, height: { ideal: 720 }, frameRate: { ideal: 30 }, resizeMode: { ideal: "none" } };
 
-/** Return the stream of a camera: that of `deviceId`, or the one that looks away from the screen. */
+/** Return the stream of a camera: `deviceId`, or the one that faces away from the screen. */
 export async function openCamera(deviceId) {
   if (!isSecureContext || !navigator.mediaDevices?.getUserMedia) throw new NoCamera(isSecureContext ? "support" : "secure");
   const which = deviceId ? { deviceId: { exact: deviceId } } : { facingMode: { ideal: "environment" } };
@@ -31,25 +31,25 @@ export async function listCameras() {
   return devices.filter(({ kind }) => kind === "videoinput").map(({ deviceId, label }) => ({ deviceId, label }));
 }
 
-/** Whether a lens is a wide one, by what the phone calls it or by its zoom. */
+/** Whether a lens is wide, by its label or its zoom. */
 export const isWide = (track) => /ultra|0[.,]5|grand.angle|weitwinkel/i.test(track.label) || track.getSettings().zoom < 1;
 
-/** Whether a camera looks where the screen does. */
+/** Whether a camera faces the same way as the screen. */
 export const isSelfie = (track) => track.getSettings().facingMode === "user";
 
-/** What of a track's settings must not change while it records. */
+/** Return the settings of a track that must not change during recording. */
 export function lensOf(track) {
   const { deviceId, zoom } = track.getSettings();
   return JSON.stringify([deviceId, zoom ?? null]);
 }
 
-/** The exposure of a track, where the browser tells it: seconds times sensitivity, else null. */
+/** Return the exposure of a track, time times sensitivity; null where the browser does not report it. */
 export function exposureOf(track) {
   const { exposureTime, iso } = track.getSettings();
   return exposureTime > 0 ? exposureTime * (iso || 1) : null;
 }
 
-/** Keep the screen on while the page is shown; `changed(on)` hears whether it stays on. */
+/** Keep the screen on while the page is shown; `changed(on)` is called with whether it stays on. */
 export function keepAwake(changed) {
   let lock = null;
   const ask = async () => {
@@ -70,7 +70,7 @@ export function keepAwake(changed) {
   };
 }
 
-/** Call `changed({percent, charging})` with the battery, where the browser tells it. */
+/** Call `changed({percent, charging})` with the battery's state, where the browser reports it. */
 export async function followBattery(changed) {
   const battery = await navigator.getBattery?.();
   if (!battery) return;
@@ -82,11 +82,11 @@ export async function followBattery(changed) {
 
 const SAME_US = 1000, LATE_US = 1_000_000;
 
-/** Tells when the picture that a video shows was taken: a busy page is told of one picture and already sees a later one. */
+/** Capture times of the pictures that a video shows: a busy page is notified of one picture but already shows a later one. */
 export class PictureClock {
   #agrees = false; // whether this browser counts both times from the same moment
 
-  /** Return when it was taken [ns]; `begin` and `told` are what the browser tells with the picture that it announces. */
+  /** Return the capture time [ns]; `begin` and `told`: time and metadata that the browser passes with the announced picture. */
   taken(video, begin, told) {
     const announced_ns = Math.round(1e6 * (told.captureTime ?? begin));
     let later_us;

@@ -9,7 +9,7 @@ const SEEN = 0.5;
 
 const colourOf = (a, b) => (a % 2 !== b % 2 || a === 0 ? MIDDLE : a % 2 ? LEFT : RIGHT); // odd numbers are the left side
 
-/** Draw a picture and the body that was found in it, so that they match however slow the phone is; what is hardly seen is faint. */
+/** Draw a picture with the body found in it, so that they match however slow the phone is; poorly visible parts are faint. */
 export function draw(canvas, { picture, landmarks, hands }) {
   const { width, height } = picture;
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });

@@ -1,10 +1,10 @@
-// How the phone comes in: the invitation of the QR code is given for a name and a token, which this browser keeps.
+// How the phone joins: it exchanges the QR code's invitation for a name and a token, which this browser keeps.
 import { t } from "../base/strings.js";
 import { NoCamera } from "./camera.js";
 
 const KEPT = "phone-camera";
 
-/** What this browser knows: {name, token}. */
+/** Return what this browser has kept: {name, token}. */
 export function known() {
   return { name: "", token: "", ...JSON.parse(localStorage.getItem(KEPT) ?? "{}") };
 }
@@ -28,7 +28,7 @@ async function ask(invitation, name) {
   throw new Error(body.error?.message ?? String(answer.status));
 }
 
-/** Return {name, token} for the hello: by the invitation in the address, or as this browser came in before. */
+/** Return {name, token} for the hello: by the invitation in the address, or as kept from an earlier visit. */
 export async function enter(name) {
   const invitation = location.hash.slice(1), before = known();
   if (!invitation && before.token) return keep({ name: name || before.name, token: before.token });

@@ -1,4 +1,4 @@
-// How the camera should stand: what is to be changed first, of what it sees and how it is held.
+// Advice on placing the camera: what to change first, judging by what it sees and how it is held.
 const SEEN = 0.5, EDGE = 0.01;
 const DARK = 45, BRIGHT = 225; // mean brightness of a picture, 0 to 255
 const NEAR = 0.95, FAR = 0.4, ASIDE = 0.3; // height of a body in the picture, and how far off the middle it may be
@@ -13,7 +13,7 @@ export const isDark = (brightness) => brightness !== null && brightness < DARK;
 /** Return {key, values, tone} of the first thing to change, or that all is good.
  *
  * `found`: what was found in the last picture, null before the first; `brightness`: of the picture; `held`: {slanted_deg,
- * flat, moving} or null where the phone does not tell; `wide`: a wide lens. */
+ * flat, moving} or null where the phone does not report it; `wide`: a wide lens. */
 export function advice({ found, brightness, held, wide }) {
   const say = (key, tone = "fair", values = {}) => ({ key: `phone_camera.advice.${key}`, tone, values });
   if (!found) return say("starting", "plain");

@@ -7,7 +7,7 @@ const OF_FOREARM = 0.75, OF_KNUCKLES = 2; // length of a hand, by that of the fo
 const WIDTH = 2.2; // side of the cut, in lengths of the hand
 const CUT = 224;
 
-/** Where a hand is, {x, y, side} of a square in pixels; null where it is too small, or not seen. */
+/** Return the square around a hand, {x, y, side} in pixels; null if it is too small or not seen. */
 export function squareOf(landmarks, [elbow, wrist, little, index], width, height) {
   const at = (joint) => [landmarks[joint].x * width, landmarks[joint].y * height];
   const [e, w, l, i] = [elbow, wrist, little, index].map(at);

@@ -1,4 +1,4 @@
-// How the phone is held, by its sense of gravity: slanted, lying flat, in a hand, or moved after it stood still.
+// How the phone is held, from its gravity sensor: slanted, lying flat, in a hand, or moved after it stood still.
 const G = 9.81;
 const SMOOTH = 0.1; // of a new reading
 const STILL_DEG = 0.7, MOVED_DEG = 2, FLAT = 0.75;
@@ -7,7 +7,7 @@ const SETTLED_MS = 2000;
 const angle = (a, b) => (180 / Math.PI) * Math.acos(Math.min(1, Math.max(-1, (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) / (Math.hypot(...a) * Math.hypot(...b)))));
 
 export class Held {
-  /** `moved(degrees)`: it stood still and was then turned. */
+  /** `moved(degrees)` is called when the phone was turned after standing still. */
   constructor(moved) {
     this.moved = moved;
     this.gravity = null;
@@ -16,7 +16,7 @@ export class Held {
     this.hear = (event) => this.#hear(event.accelerationIncludingGravity);
   }
 
-  /** Begin to listen; some phones ask their owner first, which needs a touch. */
+  /** Start listening; some phones ask for permission first, which needs a touch. */
   async start() {
     if (typeof DeviceMotionEvent === "undefined") return;
     const allowed = await DeviceMotionEvent.requestPermission?.().catch(() => "denied");
@@ -39,7 +39,7 @@ export class Held {
     if (!this.rest && time - this.stillSince > SETTLED_MS) this.rest = this.gravity;
   }
 
-  /** {slanted_deg, flat, moving}; null where the phone does not tell. */
+  /** Return {slanted_deg, flat, moving}; null where the phone does not report it. */
   get now() {
     if (!this.gravity) return null;
     const [x, y, z] = this.gravity;

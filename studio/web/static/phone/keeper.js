@@ -1,13 +1,13 @@
-// Nothing of a recording is lost: what a camera says and sends again so that every frame reaches the server's disk.
+// Recording without loss: what a camera reports and resends so that every frame reaches the server's disk.
 //
-// The rules are those of docs/protocol.md, "Nothing lost". All sequences are of this start unless a key says otherwise.
+// The rules are in docs/protocol.md, "Nothing lost". Sequences are of this start of the page unless a key says otherwise.
 import { keyOf } from "./spool.js";
 
 const RECENT = 60; // frames kept before this camera hears of a take, since the take may have begun with them
 const ENDED = 2n ** 62n;
 
 export class Keeper {
-  /** `hello`: of this start. */
+  /** `hello`: of this start of the page. */
   constructor(spool, hello) {
     this.spool = spool;
     this.hello = hello;
@@ -29,7 +29,7 @@ export class Keeper {
     if (this.active) this.spool.append(this.active, this.hello.boot_id, this.hello, sequence, data);
   }
 
-  /** Register a frame that a slow link did not take. */
+  /** Register a frame that a slow link dropped. */
   dropped(sequence) {
     if (!this.active) {
       this.recent = this.recent.filter(([one]) => one !== sequence);
@@ -40,14 +40,14 @@ export class Keeper {
     this.unsent.get(key).add(sequence);
   }
 
-  /** Register a frame that went out. */
+  /** Register a frame that was sent. */
   sent(sequence) {
     for (const [key, waiting] of this.unsent) if (this.spool.origins.get(key)?.boot_id === this.hello.boot_id) waiting.delete(sequence);
   }
 
   #own(take_id) { return keyOf(take_id, this.hello.boot_id); }
 
-  /** A new connection: return the messages to send on it. */
+  /** Handle a new connection: return the messages to send on it. */
   connected() {
     this.confirmed = false;
     this.recent = []; // the server does not have the frames that come now
@@ -77,7 +77,7 @@ export class Keeper {
     return [{ type: "kept", take_id, boot_id, first: kept[0], last: kept.at(-1), hello: boot_id === this.hello.boot_id ? null : hello }];
   }
 
-  /** The server says whether it records: return the messages to send. */
+  /** Handle whether the server records: return the messages to send. */
   recordingChanged({ active, take_id }) {
     const before = this.active, confirmed = this.confirmed, out = [];
     if (active && before === take_id) {
@@ -97,7 +97,7 @@ export class Keeper {
     return out;
   }
 
-  /** The server says which frames are on its disk: return the messages to send. */
+  /** Handle which frames are on the server's disk: return the messages to send. */
   acknowledged({ take_id, boot_id, up_to, missing = [], known = true }) {
     const key = keyOf(take_id, boot_id), origin = this.spool.origins.get(key);
     if (!known) {

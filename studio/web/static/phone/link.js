@@ -1,4 +1,4 @@
-// The link of the phone to the studio (docs/protocol.md): hello, clock exchange, frames, status, and connecting again.
+// The link of the phone to the studio (docs/protocol.md): hello, clock exchange, frames, status, and reconnecting.
 import { Keeper } from "./keeper.js";
 import { pack, unpack } from "./msgpack.js";
 
@@ -13,7 +13,7 @@ const SILENT_MS = 8000; // the server answers every second: a link without answe
 export const nowNs = () => Math.round(performance.now() * 1e6);
 
 export class Link {
-  /** `status()` gives the content of a status message; `changed(state, detail)` hears "connecting", "open", "gone" and "refused". */
+  /** `status()` returns the content of a status message; `changed(state, detail)` gets "connecting", "open", "gone" or "refused". */
   constructor({ url, hello, spool, status, changed }) {
     Object.assign(this, { url, hello, status, changed });
     this.keeper = new Keeper(spool, hello);
@@ -29,7 +29,7 @@ export class Link {
     this.begun = performance.now();
   }
 
-  /** Connect, now, also where a later try was planned. */
+  /** Connect now, even if a later retry is scheduled. */
   connect() {
     clearTimeout(this.retry);
     if (this.ended || this.socket) return;
@@ -105,7 +105,7 @@ export class Link {
     this.sendStatus();
   }
 
-  /** Tell the server how this camera does, at once. */
+  /** Send this camera's status to the server at once. */
   sendStatus() {
     if (!this.welcomed) return;
     const { spool } = this.keeper;
@@ -115,7 +115,7 @@ export class Link {
     });
   }
 
-  /** Send a frame, packed; or keep it until it can be sent. */
+  /** Send a packed frame, or queue it until it can be sent. */
   frame(sequence, data) {
     this.keeper.frame(sequence, data);
     this.queue.push([sequence, data]);

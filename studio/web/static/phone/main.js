@@ -1,4 +1,4 @@
-// A phone as a camera: its picture with the skeleton in it, advice how to stand it, and its link to the studio.
+// A phone as a camera: its picture with the skeleton in it, advice on placing it, and its link to the studio.
 import { byId, h, setText } from "../base/dom.js";
 import { startFrame } from "../base/frame.js";
 import { hasText, number, t, template } from "../base/strings.js";
@@ -34,7 +34,7 @@ const watch = new Watch(() => link?.sendStatus());
 const held = new Held((degrees) => watch.pass("moved", { degrees: Math.round(degrees) }));
 const pose = new Pose(showFigures);
 
-/** The content of the status message: what the operator is to know, and how busy this phone is [%]. */
+/** Content of the status message: what the operator should know, and how busy this phone is [%]. */
 function status() {
   const [what, values] = watch.worst ?? ["", {}];
   const words = what && template(`phone_says.${what}`, true).replace(/\{(\w+)\}/g, (_, name) => values[name]);
@@ -66,7 +66,7 @@ function showAdvice() {
 
 const track = () => stream.getVideoTracks()[0];
 
-/** Take a frame of the camera, and send what is found in it. */
+/** Take a camera frame and send what is found in it. */
 async function take(begin, frame) {
   if (!now.running) return;
   video.requestVideoFrameCallback(take);
@@ -105,7 +105,7 @@ function see(found) {
   watch.set("two_people", found.people > 1, { people: found.people });
 }
 
-/** Once a second: light, lens, figures, advice. */
+/** Update light, lens, figures and advice, once a second. */
 function look() {
   const time = performance.now(), passed = (time - now.looked) / 1000;
   if (now.looked && passed > 0.5) {
@@ -155,7 +155,7 @@ async function use(deviceId) {
   await showLenses();
 }
 
-/** Open the camera again that the phone took away, as for a call or while it slept; it may be kept for longer. */
+/** Reopen the camera that the phone took away, as for a call or while it slept; it may still be unavailable. */
 async function reopen() {
   if (opening) return;
   opening = true;
@@ -173,7 +173,7 @@ function showProblem(words) {
   setText(byId("problem"), words);
 }
 
-/** Begin: the camera, the entry to the studio, the model, the link. */
+/** Start: open the camera, enter the studio, connect the link, load the model. */
 async function start() {
   const button = byId("start"), name = byId("name").value.trim();
   if (name && !isName(name)) return showProblem(t("phone_camera.no.name"));
@@ -216,7 +216,7 @@ async function connect({ name, token }) {
   link.connect();
 }
 
-/** Say how many parts of videos are still here, and what is wrong with the video. */
+/** Show how many video parts are still on this phone, and what is wrong with the video. */
 function showVideo(problem) {
   const { owed } = footage;
   const wrong = (byId("keep-video").checked || footage.asked) && problem;
@@ -225,7 +225,7 @@ function showVideo(problem) {
   setText(byId("video-kept"), wrong ? t(`phone_camera.no_video.${wrong}`) : owed ? t("phone_camera.video_kept", { n: owed }) : t("phone_camera.video_asked"));
 }
 
-/** End, and say why. */
+/** Stop, and show why. */
 function stop(words = "") {
   now.running = false;
   clearInterval(looking);

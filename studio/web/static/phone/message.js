@@ -1,8 +1,8 @@
-// What was found in a picture as a message of the protocol (docs/protocol.md): a skeleton with landmarks.
+// The protocol's message for what was found in a picture (docs/protocol.md): a skeleton with landmarks.
 const JOINTS = 33;
 const NONE = new Uint8Array(0);
 
-/** The other side's landmark, by number: 0 is the nose, from 1 on left and right alternate, eyes and mouth too. */
+/** Landmark of the other side, by number: 0 is the nose, 1 to 3 and 4 to 6 the eyes; from 7 on left and right alternate. */
 const OTHER = [0, 4, 5, 6, 1, 2, 3, ...Array.from({ length: JOINTS - 7 }, (_, i) => (i % 2 ? i + 6 : i + 8))];
 
 const bytes = (values) => new Uint8Array(Float32Array.from(values).buffer);
@@ -16,7 +16,7 @@ export function unmirrored(found) {
   return { ...found, landmarks: turned(found.landmarks, 1), world: turned(found.world, 0), hands };
 }
 
-/** Return the message of one frame; `time_ns` on the phone's clock. Nobody in the picture: all landmarks are unseen. */
+/** Return the message of one frame; `time_ns` on the phone's clock. With nobody in the picture all landmarks are unseen. */
 export function landmarkMessage(sequence, time_ns, { landmarks, world, hands, width, height }) {
   const pixels = (points) => bytes(points.flatMap(({ x, y }) => [x * width - 0.5, y * height - 0.5])); // the first pixel's centre is (0, 0)
   const points = landmarks ?? new Array(JOINTS).fill({ x: NaN, y: NaN, visibility: 0 });

@@ -1,6 +1,6 @@
-// MessagePack (https://msgpack.org), as much as the link needs: nil, booleans, numbers, texts, bytes, lists and maps.
+// MessagePack (https://msgpack.org), the part that the link needs: nil, booleans, numbers, texts, bytes, lists and maps.
 //
-// Integers beyond 2^53, such as a server's clock, are BigInt both ways, so that none loses its last digits.
+// Integers beyond 2^53, such as a server's clock, are BigInt in both directions, so that they keep all digits.
 
 const UTF8 = new TextEncoder(), TEXT = new TextDecoder();
 
@@ -25,7 +25,7 @@ class Writer {
 
   byte(value) { this.view.setUint8(this.room(1), value); }
 
-  /** A head with a length: `short` with the length in it below `limit`, else one of the codes for 1, 2 and 4 bytes. */
+  /** Write a header with a length: `short` with the length in it below `limit`, else the code for 1, 2 or 4 bytes of length. */
   head(length, short, limit, [one, two, four]) {
     if (length < limit) return this.byte(short | length);
     if (one && length < 0x100) { this.byte(one); return this.byte(length); }

@@ -35,7 +35,7 @@ class Thread {
 }
 
 export class Pose {
-  /** `changed()`: another model is in use. */
+  /** `changed()` is called when another model is in use. */
   constructor(changed) {
     this.changed = changed;
     this.thread = null;
@@ -48,7 +48,7 @@ export class Pose {
     this.settled = false;
   }
 
-  /** Load a model: `auto`, `lite` or `full`; with `hands` that of the hands too. Rejects where it cannot run. */
+  /** Load a model: `auto`, `lite` or `full`; with `hands` the hand model too. Rejects if it cannot run. */
   async load(wanted = "auto", hands = false) {
     Object.assign(this, { wanted, hands });
     this.settled = wanted !== "auto";
@@ -63,12 +63,12 @@ export class Pose {
     this.changed();
   }
 
-  /** The median time of an image [ms]; null before some were measured. */
+  /** Median time of an image [ms]; null before enough were measured. */
   get ms() { return this.times.length > FIRST ? median(this.times.slice(FIRST)) : null; }
 
   /** Return {landmarks, world, people, hands: {left, right}, width, height, picture}: landmarks in shares of the picture, null
-   * where nobody is, or no hand is found; the size of the whole picture; the picture as it was looked at, to be closed.
-   * Rejects with `Ended` where another model takes over, or all ends. */
+   * without a person or hand; the size of the whole picture; the picture as it was analysed, which the caller closes.
+   * Rejects with `Ended` if another model takes over, or all ends. */
   async find(video, at_ms) {
     const { videoWidth: width, videoHeight: height } = video;
     const scale = Math.min(1, (this.hands ? LARGE : SMALL) / Math.max(width, height));
@@ -87,7 +87,7 @@ export class Pose {
     if (this.model === "lite" && this.ms < FAST_MS) this.#upgrade();
   }
 
-  /** Take the better model where this phone is fast, and leave it again if it is too slow. */
+  /** Switch to the better model, and back if it is too slow. */
   async #upgrade() {
     try {
       await this.#use("full");

@@ -1,6 +1,6 @@
 // Finds the landmarks of bodies in pictures, in a thread of its own, so that the page and the link do not wait.
 //
-// It hears {kind: "load", model, hands} and {kind: "frame", picture, at_ms}, one at a time, and answers each with
+// It receives {kind: "load", model, hands} and {kind: "frame", picture, at_ms}, one at a time, and answers each with
 // {kind: "loaded" | "found" | "failed", ...}. Landmarks are as MediaPipe gives them: shares of the picture.
 import { Hands } from "./hands.js";
 import { PoseLandmarker } from "../vendor/tasks_vision/vision_bundle.mjs";
@@ -9,7 +9,7 @@ import { nearest } from "./people.js";
 const LIBRARY = "../vendor/tasks_vision/vision_wasm_module_internal";
 let loads = 0;
 
-/** The library's files; its loader works once, so that each use of it has an address of its own. */
+/** Return the library's files; its loader works only once, so each use gets its own address. */
 const files = () => ({
   wasmLoaderPath: new URL(`${LIBRARY}.js?use=${(loads += 1)}`, import.meta.url).href,
   wasmBinaryPath: new URL(`${LIBRARY}.wasm`, import.meta.url).href,
@@ -19,7 +19,7 @@ const IN_SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 let landmarker = null;
 let hands = null;
 
-/** Whether there is a graphics processor: what only imitates one is ten times slower than the processor itself. */
+/** Whether there is a GPU: software that imitates one is ten times slower than running on the CPU. */
 function hasGraphics() {
   const gl = typeof OffscreenCanvas === "function" ? new OffscreenCanvas(1, 1).getContext("webgl2") : null;
   if (!gl) return false;

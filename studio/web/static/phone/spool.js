@@ -1,10 +1,10 @@
 // The frames of recordings that a phone keeps until the server has them on its disk: in memory, and in the browser's
-// database, so that they outlive a page that was closed. Frames belong to a take and to one start of the page (`boot_id`).
+// database, so that they survive closing the page. Frames belong to a take and to one start of the page (`boot_id`).
 const DATABASE = "capture-studio", FRAMES = "frames", ORIGINS = "origins";
 const WRITE_MS = 500;
 const KEPT_MS = 30 * 24 * 3600 * 1000;
 
-/** The key of a take and a start. */
+/** Key of a take and a start of the page. */
 export const keyOf = (take_id, boot_id) => `${take_id} ${boot_id}`;
 
 const done = (request) => new Promise((resolve, reject) => {
@@ -22,7 +22,7 @@ async function openDatabase() {
 }
 
 export class Spool {
-  /** `most`: bytes that are kept; more are refused and counted. */
+  /** `most`: maximum of kept bytes; frames beyond are refused and counted. */
   constructor(most = 128 << 20) {
     this.most = most;
     this.bytes = 0;
@@ -49,10 +49,10 @@ export class Spool {
     }
   }
 
-  /** Frames that are kept and that the server may need. */
+  /** Number of kept frames that the server may need. */
   get owed() { return this.#count(false); }
 
-  /** Frames that are kept for takes that the server lacks. */
+  /** Number of kept frames of takes that the server does not know. */
   get unknown() { return this.#count(true); }
 
   #count(unknown) {
@@ -85,7 +85,7 @@ export class Spool {
     return true;
   }
 
-  /** Let frames go, by their sequences. */
+  /** Delete frames, by their sequences. */
   drop(key, sequences) {
     const origin = this.origins.get(key);
     for (const sequence of sequences) {
@@ -95,7 +95,7 @@ export class Spool {
     }
   }
 
-  /** Let a take of a start go with all its frames. */
+  /** Delete a take of a start with all its frames. */
   forget(key) {
     const origin = this.origins.get(key);
     if (!origin) return;

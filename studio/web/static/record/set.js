@@ -1,4 +1,4 @@
-// At home on a set: the timecode that comes in, large beside the recording, and the triggers with what they heard.
+// Panel for a set: the incoming timecode, large next to the recording, and the triggers with what they received.
 import { byId, h, redraw, setText } from "../base/dom.js";
 import { changeTriggers, getTriggers, putTimecode } from "../base/api.js";
 import { attempt } from "../base/messages.js";
@@ -13,7 +13,7 @@ const NUMBERS = ["xml_port", "osc_port", "midi_note"];
 
 const panel = { settings: null, heardAt: 0, timecode: null, source: null, rate: null };
 
-/** The timecode some milliseconds after one that was heard; drop-frame's left out numbers come right with the next one. */
+/** Return the timecode some milliseconds after a received one; numbers that drop-frame skips are corrected by the next one. */
 function after(text, rate, ms) {
   const count = Math.round(parseFloat(rate));
   const [hours, minutes, seconds, frames] = text.split(/[:;]/).map(Number);
@@ -23,7 +23,7 @@ function after(text, rate, ms) {
   return `${two(Math.floor(whole / 3600) % 24)}:${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}${text[8]}${two(total % count)}`;
 }
 
-/** Return the timecode now, "" = there is none. */
+/** Return the current timecode, "" if there is none. */
 export function timecodeNow() {
   const { timecode } = panel;
   return timecode?.timecode ? after(timecode.timecode, timecode.rate, performance.now() - panel.heardAt) : "";
@@ -111,7 +111,7 @@ function draw(status) {
   ].filter(Boolean));
 }
 
-/** Show the timecode and what the triggers heard, as the server said last. */
+/** Show the timecode and what the triggers received, as last reported by the server. */
 export function updateSet(timecode, triggers) {
   Object.assign(panel, { timecode, heardAt: performance.now(), source: null, rate: null });
   const place = byId("timecode");
@@ -125,5 +125,5 @@ export function updateSet(timecode, triggers) {
   draw(triggers);
 }
 
-/** Ask for the switches of the triggers. */
+/** Request the settings of the triggers. */
 export const startSet = () => attempt(async () => { panel.settings = (await getTriggers()).settings; });

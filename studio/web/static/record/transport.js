@@ -99,7 +99,7 @@ function showButton(possible = !byId("record").disabled) {
   setText(button.querySelector(".label"), t(recording ? "record.stop" : counting ? "message.cancel" : "record.start"));
 }
 
-/** Connect the button and the key; `onStopped` hears the summary of a take that is on disk. */
+/** Connect the button and the key; `onStopped` gets the summary of a take that is on disk. */
 export function startTransport(onStopped) {
   byId("record").addEventListener("click", () => toggle(onStopped));
   byId("countdown-seconds").append(...COUNTDOWNS.map((seconds) =>
@@ -116,13 +116,13 @@ export function startTransport(onStopped) {
   });
 }
 
-/** Take in the name that the next take gets by itself: it stands in the empty field. */
+/** Set the next take's default name, which the empty field shows. */
 export function updateNextTake(name) {
   next = name;
   byId("take-name").placeholder = next;
 }
 
-/** Nothing is known of the stage: neither whether it records nor for how long. */
+/** Forget whether the stage records and for how long: its state is unknown. */
 export function forgetTransport() {
   if (counting) cancelCount();
   recording = null;

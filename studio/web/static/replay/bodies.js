@@ -1,4 +1,4 @@
-// The rigid bodies of the replayed take: what each is, and how those on joints sit there, measured against its solve.
+// Rigid bodies of the replayed take: what each is, and how those on joints are placed, measured against its solve.
 import { byId, h, redraw } from "../base/dom.js";
 import { changeBody, getBodies, measureBodies } from "../base/api.js";
 import { attempt } from "../base/messages.js";
@@ -7,7 +7,7 @@ import { bodyRow, heldWords, jointWords, shapeWords } from "../stage/body_row.js
 
 const panel = { id: "", solve: "", found: null, again: () => {} };
 
-/** Do something that answers the take's bodies, and show them, in the replay too. */
+/** Run a request that returns the take's bodies, and show them, in the replay too. */
 const alter = (act) => attempt(async () => {
   panel.found = await act(panel.id);
   draw();
@@ -19,7 +19,7 @@ function say(name, known, changes) {
   return alter((take) => changeBody(take, { name, use, joint, performer, shape: shapeWords(shape), ...changes }));
 }
 
-/** What becomes of a body in solves and exports. */
+/** Return how solves and exports use a body, in words. */
 function outcome(known, residual) {
   if (known?.use === "prop") return heldWords(known);
   if (!known?.joint) return "";
@@ -44,7 +44,7 @@ function draw() {
   ].filter(Boolean));
 }
 
-/** Take in what is replayed. */
+/** Update to what is replayed. */
 export function updateBodies({ open, take, solve }) {
   const id = open ? take : "";
   panel.solve = open ? solve : "";
@@ -58,7 +58,7 @@ export function updateBodies({ open, take, solve }) {
   });
 }
 
-/** Begin; `again()` opens the replay anew. */
+/** Start; `again()` reopens the replay. */
 export function startBodies(again) {
   panel.again = again;
   window.addEventListener("language", draw);

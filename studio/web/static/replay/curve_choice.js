@@ -1,4 +1,4 @@
-// Which curves the graphs of the timeline show, a list to choose them from, and their legend. The choice is this tab's own.
+// The curves that the timeline's graphs show, a list to choose them from, and their legend. Each tab has its own choice.
 import { byId, h, redraw, setText, svg } from "../base/dom.js";
 import { hasText, plain, t } from "../base/strings.js";
 
@@ -8,7 +8,7 @@ const SHORT = { position: ["x", "y", "z"], rotation: ["x", "y", "z"], speed: [""
 const FINGERS = ["Thumb", "Index", "Middle", "Ring", "Pinky"];
 const COLUMN_KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-/** Most curves at a time. */
+/** Maximum number of curves. */
 export const MOST = 12;
 
 /** Channels of a joint, as the server names them. */
@@ -20,13 +20,13 @@ const ALL = ["Hips", "Spine", "Spine1", "Spine2", "Neck", "Head", ...sided("Left
 
 const state = { list: JSON.parse(sessionStorage.getItem(KEPT) ?? "[]"), beside: false, changed: () => {} };
 
-/** The chosen curves `{joint, channel, slot}`; the slot says how each is drawn. Distances only where there is a second figure. */
+/** Return the chosen curves `{joint, channel, slot}`; the slot sets how each is drawn. Distances only with a second figure. */
 export const chosenCurves = () => state.list.filter(({ channel }) => channel !== "distance" || state.beside);
 
-/** How curves of a slot are drawn: a colour of the style sheet, and a dash. */
+/** Return the line style of a slot: a colour of the style sheet, and a dash pattern. */
 export const styleOf = ({ slot }) => ({ colour: `--curve-${slot % COLOURS}`, dash: slot < COLOURS ? [] : [7, 4] });
 
-/** A channel's name, with its axis: as other programs have it. */
+/** Return a channel's name with its axis, as in other programs. */
 export function channelWords(channel) {
   const [kind, axis = ""] = channel.split("_");
   return `${t(`channel.${kind}`)}${axis ? ` ${axis.toUpperCase()}` : ""}`;
@@ -45,7 +45,7 @@ function remove(joint, channel) {
   keep(state.list.filter((one) => one.joint !== joint || one.channel !== channel));
 }
 
-/** The curves with one more, where there is room. */
+/** Return the curves with one more, if there is room. */
 function withCurve(list, joint, channel) {
   const slots = new Set(list.map(({ slot }) => slot));
   let slot = 0;
@@ -58,7 +58,7 @@ function toggle(joint, channel) {
   else keep(withCurve(state.list, joint, channel));
 }
 
-/** Show the channels that are shown of other joints of this one too, or else its position; take them away where it has any. */
+/** Show the same channels of this joint as of other joints, or else its position; if it has curves already, remove them. */
 export function changeCurvesOf(joint) {
   const others = state.list.filter((one) => one.joint !== joint);
   if (others.length < state.list.length) {
@@ -74,7 +74,7 @@ function filter() {
   for (const row of byId("curve-table").tBodies[0].rows) row.hidden = !words.every((word) => row.dataset.words.includes(word));
 }
 
-/** Show in the list what is chosen, what can be, and how much is left. */
+/** Show in the list what is chosen, what can be, and the count. */
 function mark() {
   const full = state.list.length >= MOST;
   for (const box of curveList.querySelectorAll("td input")) {
@@ -114,7 +114,7 @@ function build() {
   ];
 }
 
-/** In the list arrows go from box to box; Escape closes it. */
+/** Keys in the list: arrows move from box to box, Escape closes it. */
 function keys(event) {
   const step = COLUMN_KEYS[event.key];
   if (event.key === "Escape") showCurveList(false);
@@ -162,7 +162,7 @@ function entry(curve) {
     h("button", { type: "button", class: "small plain", aria: { label: t("graphs.remove", { curve: words }) }, title: t("graphs.remove", { curve: words }), onclick: () => remove(joint, channel) }, "×"));
 }
 
-/** Show the legend; `valueOf` gives a curve's value at the playhead in words. */
+/** Show the legend; `valueOf` returns a curve's value at the playhead in words. */
 export function showLegend(valueOf) {
   const list = chosenCurves();
   curveLegend.hidden = !list.length;
@@ -170,14 +170,14 @@ export function showLegend(valueOf) {
   for (const curve of list) setText(byId(`curve-value-${curve.joint}-${curve.channel}`), valueOf(curve));
 }
 
-/** Take in whether there is a second figure, to which distances are. */
+/** Set whether there is a second figure, to which distances are measured. */
 export function besideIs(beside) {
   if (state.beside === beside) return;
   state.beside = beside;
   mark();
 }
 
-/** Begin; `changed` hears of another choice. */
+/** Start; `changed` is called on another choice. */
 export function startCurveChoice(changed) {
   state.changed = changed;
   document.addEventListener("pointerdown", (event) => {

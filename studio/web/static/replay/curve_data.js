@@ -1,4 +1,4 @@
-// Values of the chosen curves: over the whole take, thinned, and of the part that the timeline shows, as fine as it needs.
+// Values of the chosen curves: thinned over the whole take, and as fine as needed over the part that the timeline shows.
 import { getJointCurves } from "../base/api.js";
 import { attempt } from "../base/messages.js";
 import { chosenCurves } from "./curve_choice.js";
@@ -17,7 +17,7 @@ function take(answer) {
   return { first: answer.first, last: answer.last, whole: answer.whole, byName: new Map(answer.curves.map((curve) => [nameOf(curve), curve])) };
 }
 
-/** What has to be asked for next: the whole, a finer part, or the one frame under the playhead. */
+/** Return the next request: the whole, a finer part, or the one frame under the playhead; or null. */
 function next(replay, frame) {
   const { whole, part, exact } = state, end = replay.frames - 1;
   if (!whole) return { into: "whole", first: 0, last: end };
@@ -44,29 +44,29 @@ async function ask(replay, frame) {
   if (answer) state.changed();
 }
 
-/** Have the values that are needed now, as far as they are known; the rest is asked for. */
+/** Drop values of another choice or replay, and request what is needed and not known. */
 export function loadCurveData(replay, frame) {
   const of = JSON.stringify([replay.take, replay.solve, replay.performer, replay.ghost, replay.ghost_offset_ms, chosenCurves().map(nameOf), state.version]);
   if (state.of !== of) Object.assign(state, { of, whole: null, part: null, exact: null });
   if (replay.solve && chosenCurves().length) ask(replay, frame);
 }
 
-/** The solve that is replayed is another one by the same name. */
+/** Forget the values: the solve was replaced by one of the same name. */
 export function forgetCurveData() {
   state.version += 1;
 }
 
-/** Which values there are, as text: it is another one once others are known. */
+/** Key of the known values, which changes when they do. */
 export const curveDataKey = () => `${state.of} ${state.whole?.last} ${state.part?.first} ${state.part?.last}`;
 
-/** A curve's frames and values for a part of the take, or null where none are known yet. */
+/** Return a curve's frames and values for a part of the take, or null if none are known yet. */
 export function curveIn(curve, { from, to }) {
   const { whole, part } = state;
   const fits = part && part.first <= from && to <= part.last;
   return (fits ? part : whole)?.byName.get(nameOf(curve)) ?? null;
 }
 
-/** A curve's value at a frame: `{value, near, unit, order}`; `near`: it is that of the nearest frame that is known. Null: not known yet. */
+/** Return a curve's value at a frame: `{value, near, unit, order}`; `near`: it is of the nearest known frame. Null: not known yet. */
 export function curveValue(curve, frame) {
   const inside = (data) => data && data.first <= frame && frame <= data.last;
   const source = [state.exact, state.part, state.whole].find(inside)?.byName.get(nameOf(curve));
@@ -75,7 +75,7 @@ export function curveValue(curve, frame) {
   return { value: source.values[at], near: source.frames[at] !== frame, unit: source.unit, order: source.order };
 }
 
-/** Begin; `changed` hears of new values. */
+/** Start; `changed` is called on new values. */
 export function startCurveData(changed) {
   state.changed = changed;
 }

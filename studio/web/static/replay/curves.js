@@ -17,7 +17,7 @@ const EVEN = 1e-6; // a curve that spans less is a line in the middle
 /** A joint's path in the axes of exported files: y up, z forward. */
 const inFileAxes = ({ x, y, z }) => ({ x, y: z, z: y.map((value) => -value) });
 
-/** Lowest and highest value, never the same. */
+/** Return the lowest and highest value, never equal. */
 function extent(series) {
   let low = Infinity, high = -Infinity;
   for (const { values } of series) {
@@ -39,7 +39,7 @@ export function tracksOf(curves) {
   return [track("position_m", position), track("speed_m_s", speed, [0, Math.max(extent(speed)[1], 0.1)]), track("confidence", sure, [0, 1])];
 }
 
-/** Lanes under the tracks: label, colour, spans `[first, last, words, colour, row]`; `marks` are drawn as marks. */
+/** Lanes under the tracks: label, colour, spans `[first, last, words, colour, row]`; `marks`: short ones are drawn as marks. */
 export function lanesOf(curves, { colours, edits }) {
   if (!curves) return [];
   const cameras = Object.keys(curves.used).map((name) => ({
@@ -62,7 +62,7 @@ export function lanesOf(curves, { colours, edits }) {
 
 const reasonWords = (reason) => (hasText(`reason.${reason}`) ? t(`reason.${reason}`) : reason);
 
-/** Index of the frame of some that is nearest to a frame. */
+/** Return the index in `frames` of the one nearest to a frame. */
 export function indexAt(frames, frame) {
   let low = 0, high = frames.length - 1;
   while (low < high) {
@@ -84,14 +84,14 @@ export function seriesNow(curves, frame) {
   return parts.join("   ·   ");
 }
 
-/** What holds at a frame, in words; a mark is met a little beside it too. */
+/** Return what applies at a frame, in words; a mark also counts a little beyond it. */
 export function spansNow(curves, more, frame) {
   const near = Math.max(curves.frame[curves.frame.length - 1] / 200, 1);
   return lanesOf(curves, more).flatMap(({ spans, marks }) => spans
     .filter(([first, last]) => (marks ? Math.abs(first - frame) <= near : first <= frame && frame <= last)).map(([, , words]) => words));
 }
 
-/** Places to mend as spans of the timeline: `begin_s` is the stage time of the first frame. */
+/** Return places to mend as spans of the timeline; `beginS`: stage time of the first frame [s]. */
 export function editSpans(events, beginS, rate) {
   return events.map((event) => {
     const size = event.unit === "deg" ? `${number(event.size)}°` : `${number(event.size, 1)} ${event.unit}`;

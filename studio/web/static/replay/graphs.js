@@ -23,16 +23,16 @@ export function graphs() {
   return kinds.map((graph) => ({ ...graph, height }));
 }
 
-/** Height of all graphs [px]; 0: none is chosen. */
+/** Height of all graphs [px]; 0 without chosen curves. */
 export const graphsHeight = () => graphs().reduce((sum, { height }) => sum + height + GAP, 0);
 
-/** A step of 1, 2 or 5 times a power of ten that is at least as large. */
+/** Smallest step of 1, 2 or 5 times a power of ten that is not below `least`. */
 function step(least) {
   const power = 10 ** Math.floor(Math.log10(least));
   return [1, 2, 5, 10].map((times) => times * power).find((one) => one >= least * (1 - 1e-9));
 }
 
-/** Lowest and highest value in a part, with some room; at least as much as makes sense for the unit. */
+/** Return the lowest and highest value in a part, with a margin; a larger one below the unit's minimum span. */
 function rangeOf({ kind, unit, curves }, part) {
   let low = Infinity, high = -Infinity;
   for (const curve of curves) {
@@ -85,7 +85,7 @@ function drawCurve(context, curve, part, { x, y, colour }) {
   context.setLineDash([]);
 }
 
-/** Draw all graphs below `top`; `within` draws between the labels and the right end. Return where they end. */
+/** Draw all graphs below `top`; `within` clips to the area between the labels and the right end. Return where they end. */
 export function drawGraphs(context, part, top, { x, begin, end, colour, within, wide }) {
   let y0 = top;
   for (const graph of graphs()) {
@@ -123,7 +123,7 @@ export function drawGraphs(context, part, top, { x, begin, end, colour, within, 
   return y0;
 }
 
-/** A curve's value at a frame in words, with its unit. */
+/** Return a curve's value at a frame in words, with its unit. */
 export function valueWords(curve, frame) {
   const found = curveValue(curve, frame);
   if (!found) return "…";

@@ -1,10 +1,10 @@
-// What a take without a solve holds, and how far a solve is that is still being made, in words.
+// What a take without a solve contains, and the progress of a solve that is still being made, in words.
 import { language, t } from "../base/strings.js";
 
 /** Seconds with one decimal, as the language writes them. */
 export const tenths = (seconds) => seconds.toLocaleString(language(), { minimumFractionDigits: 1, maximumFractionDigits: 1 });
 
-/** Return the words of `holds` of the replay: skeletons and depth by camera, and whether the cameras have places. */
+/** Return the replay's `holds` in words: cameras with skeletons, cameras with depth, and whether they are calibrated. */
 export function holdsWords({ skeletons, depth, calibrated }) {
   const images = Object.values(depth).reduce((sum, count) => sum + count, 0);
   const [seen, deep] = [Object.keys(skeletons).length, Object.keys(depth).length];
@@ -15,5 +15,5 @@ export function holdsWords({ skeletons, depth, calibrated }) {
   ].filter(Boolean).join(" · ");
 }
 
-/** Return how much of a solve that is being made is shown, of the replay's status. */
+/** Return how much of an unfinished solve is shown, from the replay's status. */
 export const growingWords = ({ frames, rate_hz: rate, of_s: whole }) => t("replay.so_far", { done: tenths((frames - 1) / rate), of: tenths(whole) });

@@ -1,4 +1,4 @@
-// Markers of the replayed take: named instants, kept with the take; each change can be taken back.
+// Markers of the replayed take: named instants, kept with the take; each change can be undone.
 import { byId, h, redraw } from "../base/dom.js";
 import { changeTake, getTakeDetail } from "../base/api.js";
 import { attempt, showUndo, undoing } from "../base/messages.js";
@@ -9,11 +9,11 @@ const state = { take: "", list: [], timecode: "", changed: () => {} };
 
 const named = (takeId) => ({ session: takeId.slice(0, takeId.indexOf("/")), name: takeId.slice(takeId.indexOf("/") + 1) });
 
-/** The markers `{time_s, name}` of the replayed take, in order, and its `timecode`: what came in, or the time of day at its start, or "". */
+/** The markers `{time_s, name}` of the replayed take, in order, and its `timecode`: as received, or the time of day at its start, or "". */
 export const markersOf = (takeId) => (state.take === takeId ? state.list : []);
 export const timecodeOf = (takeId) => (state.take === takeId ? state.timecode : "");
 
-/** Where markers are in a solve: `{frame, name}`. */
+/** Return the markers within a solve: `{frame, name}`. */
 export const markedFrames = ({ take, begins_s: begins, rate_hz: rate, frames }) => markersOf(take)
   .map(({ time_s: time, name }) => ({ frame: Math.round((time - begins) * rate), name })).filter(({ frame }) => frame >= 0 && frame < frames);
 
@@ -37,7 +37,7 @@ function change(takeId, markers, words) {
   });
 }
 
-/** Take in which take is replayed; its markers are asked for. */
+/** Set which take is replayed, and request its markers. */
 export async function useMarkers(takeId) {
   if (state.take === takeId) return;
   Object.assign(state, { take: takeId, list: [], timecode: "" });
@@ -47,7 +47,7 @@ export async function useMarkers(takeId) {
   state.changed();
 }
 
-/** Set a marker at a frame, named by its number. */
+/** Add a marker at a frame, named by its number. */
 export function addMarker({ take, begins_s: begins, rate_hz: rate }, frame) {
   if (state.take !== take) return;
   const names = new Set(state.list.map((one) => one.name));
@@ -74,7 +74,7 @@ function row(marker, i, replay, goTo) {
 /** The list of markers, which the button over the timeline opens. */
 export const markerList = h("ul", { id: "marker-list", class: "marker-list", hidden: true });
 
-/** Draw the list anew where it is another. */
+/** Redraw the list if it changed. */
 export function showMarkers(replay, goTo) {
   const button = byId("replay-markers");
   if (!button) return;
@@ -84,7 +84,7 @@ export function showMarkers(replay, goTo) {
     : h("li", { class: "empty" }, t("markers.none"))));
 }
 
-/** Begin; `changed` hears of other markers. */
+/** Start; `changed` is called on other markers. */
 export function startMarkers(changed) {
   state.changed = changed;
 }

@@ -1,4 +1,4 @@
-// Performers of the replayed take, where there are several: which one has the curves, their names, and where two were exchanged.
+// Performers of the replayed take, if there are several: whose curves are shown, their names, and where two were exchanged.
 import { clock, h, redraw } from "../base/dom.js";
 import { changeTake, getTakeDetail, solveTake } from "../base/api.js";
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
@@ -10,7 +10,7 @@ const state = { of: "", take: "", names: {}, exchanges: [], solved: [], changed:
 
 const named = (takeId) => ({ session: takeId.slice(0, takeId.indexOf("/")), name: takeId.slice(takeId.indexOf("/") + 1) });
 
-/** A performer's name for people: as given, else by number. */
+/** Displayed name of a performer: as given, else by number. */
 export function performerWords(name) {
   const number = NUMBERED.exec(name)?.[1];
   return number ? t("performers.number", { number }) : name;
@@ -28,7 +28,7 @@ async function load(takeId, solve) {
   state.changed();
 }
 
-/** Take in which take and solve are replayed; what is known of the performers is asked for. */
+/** Set which take and solve are replayed, and request what is known about the performers. */
 export function usePerformers(replay) {
   const of = several(replay) ? `${replay.take}|${replay.solve}` : "";
   if (state.of === of) return;
@@ -36,10 +36,10 @@ export function usePerformers(replay) {
   if (of) load(replay.take, replay.solve);
 }
 
-/** Names of a take's performers; of the replayed take they are newer than the list of takes. */
+/** Names of a take's performers; those of the replayed take are newer than the list of takes. */
 export const namesOf = (take) => ({ ...take.performer_names, ...(state.take === take.id ? state.names : {}) });
 
-/** The solve is another one by the same name. */
+/** Forget all: the solve was replaced by one of the same name. */
 export function forgetPerformers() {
   state.of = "";
 }
@@ -61,7 +61,7 @@ const change = (takeId, values, before, words) => attempt(async () => {
   showUndo(words, RESTORE, takeId, before);
 });
 
-/** Exchange two performers from a frame on: kept with the take, and in it once it is solved again. */
+/** Exchange two performers from a frame on: kept with the take, and applied when it is solved again. */
 export function exchange(replay, frame, first, second) {
   const time_s = Number((replay.begins_s + (frame - 0.5) / replay.rate_hz).toFixed(4)); // this frame is the first
   const words = t("performers.exchanged", { first: nameOf(replay, first), second: nameOf(replay, second), at: clock(frame / replay.rate_hz) });
@@ -103,7 +103,7 @@ function exchangeRow(replay, one, i) {
 /** The list of performers, which the button over the timeline opens. */
 export const performerList = h("ul", { id: "performer-list", class: "marker-list performer-list", hidden: true });
 
-/** What the replay's bar has for performers: the choice of one, their list, the exchange of two. */
+/** Return the replay bar's controls for performers: the choice of one, their list, the exchange of two. */
 export function performerButtons(replay, frameNow, choice, choose) {
   if (!several(replay)) return [];
   const [first, second] = replay.performers.map((one) => one.performer);
@@ -117,7 +117,7 @@ export function performerButtons(replay, frameNow, choice, choose) {
   ];
 }
 
-/** Draw the list of performers anew where it is another. */
+/** Redraw the list of performers if it changed. */
 export function showPerformers(replay, frameNow) {
   if (!several(replay)) performerList.hidden = true;
   redraw(performerList, [replay.take, replay.solve, replay.performer, replay.performers, state.exchanges, state.solved, replay.begins_s], () => (several(replay) ? [
@@ -128,7 +128,7 @@ export function showPerformers(replay, frameNow) {
   ].filter(Boolean) : []));
 }
 
-/** Begin; `changed` hears of other names and exchanges, `reopen` shows the take anew. */
+/** Start; `changed` is called when names or exchanges change, `reopen` reopens the take. */
 export function startPerformers(changed, reopen) {
   Object.assign(state, { changed, reopen });
 }

@@ -1,10 +1,10 @@
-// The pointer on the timeline: it moves the playhead, on the ruler the range; with the middle button or Ctrl, and the wheel, the part shown.
+// The pointer on the timeline: it moves the playhead, on the ruler the range; the middle button, Ctrl and the wheel move the visible part.
 import { frameAt, onRuler, pixelsPerFrame } from "./timeline.js";
 import { panBy, shownPart, snapped, zoomAbout } from "./zoom.js";
 
 const GRIP_PX = 8;
 
-/** Call `move` with the pointer's moves until it is let go. */
+/** Call `move` with the pointer's moves until it is released. */
 function follow(event, move) {
   const canvas = event.currentTarget;
   canvas.setPointerCapture(event.pointerId);
@@ -12,7 +12,7 @@ function follow(event, move) {
   canvas.addEventListener("pointerup", () => canvas.removeEventListener("pointermove", move), { once: true });
 }
 
-/** Hold the playhead, or on the ruler the range: its nearer end where the pointer is on one, else a new one. Alt: without snapping. */
+/** Drag the playhead, or on the ruler the range: its end if the pointer is on one, else a new range. Alt: without snapping. */
 export function hold(event, { replay, places, goTo, change }) {
   const canvas = event.currentTarget, perFrame = pixelsPerFrame(canvas, replay);
   const at = (moved) => {
@@ -34,7 +34,7 @@ export function hold(event, { replay, places, goTo, change }) {
   });
 }
 
-/** Drag what is shown along. */
+/** Drag the visible part. */
 export function pan(event, replay, paint) {
   event.preventDefault();
   const canvas = event.currentTarget;
@@ -47,7 +47,7 @@ export function pan(event, replay, paint) {
   });
 }
 
-/** Zoom about the pointer; to the side, or with Shift, go along. */
+/** Zoom about the pointer; sideways, or with Shift, pan. */
 export function wheel(event, replay) {
   event.preventDefault();
   const sideways = event.shiftKey ? event.deltaY : event.deltaX;

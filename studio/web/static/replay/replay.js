@@ -39,7 +39,7 @@ const state = {
 const inTurn = turns();
 const asked = (request) => inTurn(() => attempt(request));
 
-/** Whether a take is replayed, and which: the status as the server last said. */
+/** Whether a take is replayed, and which: the status as last known. */
 export const replayed = () => state.replay;
 
 /** The frame that is shown now. */
@@ -57,7 +57,7 @@ function take(status) {
   show();
 }
 
-/** Send a change; while one is on its way only the newest next one is kept. */
+/** Send a change; changes made while one is on its way are merged and sent next. */
 async function send(change) {
   if (state.sending) {
     state.next = { ...state.next, ...change };
@@ -74,8 +74,8 @@ async function send(change) {
   if (next) send(next);
 }
 
-/** Show a take's solve instead of the live stage; `ghost`: a second `{take, solve, alignment?}` or `{take, reference}` beside it;
- * `performer`: of several the one of the curves, by itself the one of before. */
+/** Show a take's solve instead of the live stage; `ghost`: a second `{take, solve, alignment?}` or `{take, reference}` next to it;
+ * `performer`: the one whose curves are shown, by default the previous one. */
 export async function open(takeId, solve, ghost = null, performer = performerOf(takeId, solve)) {
   const { lined_up: _, ...beside } = ghost ?? {};
   state.sentAt = performance.now();
@@ -84,10 +84,10 @@ export async function open(takeId, solve, ghost = null, performer = performerOf(
   if (status) take(status);
 }
 
-/** Open what is replayed anew, because what is shown of it is another; it goes on at its time. */
+/** Reopen what is replayed, because its content changed; it continues at its time. */
 const openAgain = () => open(state.replay.take, state.replay.solve, state.replay.ghost);
 
-/** The performer that goes on having the curves where a solve is opened that has them too. */
+/** Return the performer whose curves are shown, if a solve of the same take has them too; else null. */
 function performerOf(takeId, solve) {
   const { take: shown, performer } = state.replay;
   if (shown !== takeId || !performer) return null;
@@ -99,7 +99,7 @@ async function close() {
   if (status) take(status);
 }
 
-/** Change something here at once, and on the server. */
+/** Apply a change here at once, and on the server. */
 export function change(values) {
   Object.assign(state.replay, { frame: frameNow() }, values);
   state.receivedAt = performance.now();
@@ -174,7 +174,7 @@ async function loadCurves() {
   paint();
 }
 
-/** Choose the joint whose curves the timeline shows; `curves`: put it among the curves of several joints too, or take it from them. */
+/** Choose the joint whose curves the timeline shows; `curves`: also add it to the curves of several joints, or remove it from them. */
 function chooseJoint(joint, curves = false) {
   state.joint = joint;
   show();
@@ -198,7 +198,7 @@ async function toggleEdits() {
   paint();
 }
 
-/** Whether a button's text is its name: a sign needs another one. */
+/** Whether a button's text can be its name: a symbol needs a label. */
 const isWord = (text) => /\p{L}/u.test(text);
 
 function choice(id, label, options, value, onchange) {
@@ -273,7 +273,7 @@ function press(event) {
   else hold(event, { replay: state.replay, places, goTo, change: (values) => { change(values); paint(); } });
 }
 
-/** Say what the curves are under the pointer. */
+/** Show the curves' values under the pointer. */
 function hover(event) {
   const tip = byId("timeline-tip"), canvas = byId("timeline");
   tip.hidden = event.type === "pointerleave" || event.buttons > 0 || !state.curves;
@@ -339,19 +339,19 @@ function show() {
   state.listening(state.replay);
 }
 
-/** Take in the server's message about the replay. */
+/** Handle the server's message about the replay. */
 export function updateReplay(status) {
   if (state.sending || performance.now() - state.sentAt < STALE_MS) return; // said before our own change was heard
   take(status);
 }
 
-/** Take in the list of takes: what can be shown. */
+/** Update what can be shown from the list of takes. */
 export function updateReplayTakes(takes) {
   state.solves = takes.flatMap((one) => one.solves.map((solve) => ({ take: one.id, solve, performers: one.performers })));
   if (state.replay.open) show();
 }
 
-/** A solve has ended: where its take is replayed, show it. */
+/** Handle a solve that has ended: show it if its take is replayed. */
 export function solved(takeId, solve) {
   if (!state.replay.open || state.replay.take !== takeId) return;
   state.wanted = ""; // the solve may be a new one of an old name
@@ -364,7 +364,7 @@ export function solved(takeId, solve) {
   showNote(t("replay.showing", { solve }));
 }
 
-/** Begin; `listen` hears the replay's status whenever it changes, `compare` opens the compare view. */
+/** Start; `listen` gets the replay's status whenever it changes, `compare` opens the compare view. */
 export function startReplay(listen, compare) {
   state.listening = listen;
   state.comparing = compare;

@@ -10,16 +10,16 @@ const APART_PX = 72;
 const TIMECODE_HZ = 60;
 const HALF_MS = 5e-4;
 
-/** What the ruler counts. */
+/** Unit of the ruler. */
 export const unit = () => (UNITS.includes(localStorage.getItem(KEPT)) ? localStorage.getItem(KEPT) : "time");
 
-/** Have it count something else: the next of what a take has; one without a time of day has no timecode. */
+/** Switch to the next unit that a take has; one without a time of day has no timecode. */
 export function nextUnit(timecode) {
   const units = UNITS.filter((name) => name !== "timecode" || timecode);
   localStorage.setItem(KEPT, units[(units.indexOf(unit()) + 1) % units.length]);
 }
 
-/** What the button of the unit says: of timecode that came in also its source, drift and bridged parts. */
+/** Return the hint of the unit's button: for received timecode also its source, drift and bridged parts. */
 export function unitWords(timecode) {
   if (!timecode.runs) return t("replay.unit");
   const drift = timecode.drift_ppm === null ? [] : [t("set.drift", { ppm: number(timecode.drift_ppm, 1) })];
@@ -35,13 +35,13 @@ function secondsOf(timecode) {
   return h * 3600 + m * 60 + s + f / TIMECODE_HZ;
 }
 
-/** The number since midnight of timecode that came in, at a stage time [s]. */
+/** Return the frame number since midnight of received timecode, at a stage time [s]. */
 function numberAt(timecode, time) {
   const [begin, first] = timecode.runs.filter(([at]) => at <= time).at(-1) ?? timecode.runs[0];
   return Math.floor(first + (time - begin) * timecode.fps * (1 + (timecode.drift_ppm ?? 0) * 1e-6) + 0.1);
 }
 
-/** A number since midnight as `hh:mm:ss:ff`; drop-frame leaves out the first numbers of each minute but every tenth. */
+/** Frame number since midnight as `hh:mm:ss:ff`; drop-frame skips the first numbers of each minute except every tenth. */
 function timecodeWords({ count, drop }, frame) {
   const left = drop ? count / 15 : 0, minute = 60 * count - left, ten = 10 * minute + left;
   const day = 144 * ten, at = ((frame % day) + day) % day;
@@ -53,11 +53,11 @@ function timecodeWords({ count, drop }, frame) {
   return `${head}${drop ? ";" : ":"}${two(total % count)}`;
 }
 
-/** The bridged parts of timecode as frames of a solve, begin and end. */
+/** Bridged parts of timecode as frames of a solve, begin and end. */
 export const bridgedFrames = ({ rate_hz: rate, begins_s: begins }, timecode) =>
   (timecode.bridged_s ?? []).map((span) => span.map((time) => (time - begins) * rate));
 
-/** Return how a frame is written; `timecode`: what came in, or of the take's first stage time, or "". */
+/** Return a frame in words; `timecode`: as received, or of the take's first stage time, or "". */
 export function frameWords(frame, { rate_hz: rate, begins_s: begins }, timecode) {
   if (unit() === "frames") return String(frame);
   if (unit() === "time" || !timecode) return clock(frame / rate + HALF_MS); // which counts whole tenths
@@ -67,7 +67,7 @@ export function frameWords(frame, { rate_hz: rate, begins_s: begins }, timecode)
   return [Math.floor(seconds / 3600), Math.floor(seconds / 60) % 60, seconds % 60, total % TIMECODE_HZ].map(two).join(":");
 }
 
-/** Return the frames at which marks stand, for so many pixels a frame. */
+/** Return the frames with tick marks; `perFrame`: pixels per frame. */
 export function ticks({ from, to }, rate, perFrame) {
   const inFrames = unit() === "frames";
   const steps = inFrames ? STEPS_FRAMES : STEPS_S.map((seconds) => seconds * rate);

@@ -31,7 +31,7 @@ export function frameAt(canvas, event, replay, labelled = false) {
   return Math.round(from + share * (to - from));
 }
 
-/** Pixels that a frame takes. */
+/** Return the pixels per frame. */
 export function pixelsPerFrame(canvas, replay) {
   const { from, to } = shownPart(replay);
   return (canvas.clientWidth - left(canvas.clientWidth) - MARGIN) / (to - from);
@@ -80,7 +80,7 @@ function drawLane(context, lane, top, x, colour) {
   }
 }
 
-/** Draw only between the labels and the right end. */
+/** Draw clipped to the area between the labels and the right end. */
 function within(context, begin, width, height, draw) {
   context.save();
   context.beginPath();
@@ -90,7 +90,7 @@ function within(context, begin, width, height, draw) {
   context.restore();
 }
 
-/** The ruler, the range that is played with its ends, and the markers. */
+/** Draw the ruler, the played range with its ends, and the markers. */
 function drawRuler(context, height, replay, { x, begin, end, colour }) {
   const [first, last] = [Math.max(x(replay.first), begin - MARGIN), Math.min(x(replay.last), end + MARGIN)];
   context.fillStyle = colour("--range");
@@ -180,7 +180,7 @@ export function drawTimeline(canvas, replay, curves, more, frame) {
   context.fillRect(begin + ((frame - from) / (to - from)) * (width - begin - MARGIN) - 0.75, 0, 1.5, height);
 }
 
-/** Words for what is at a frame: values first, then what holds there. */
+/** Return what is at a frame in words: the values, and what applies there. */
 export function wordsAt(curves, more, frame) {
   if (!curves) return { values: t("curve.loading"), spans: [] };
   return { values: seriesNow(curves, frame), spans: spansNow(curves, more, frame) };

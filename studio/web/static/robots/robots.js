@@ -1,4 +1,4 @@
-// A kept robot in a dialog: what it is, which of its bodies is which part, limits; corrected or removed there.
+// Dialog of a kept robot: what it is, which of its bodies is which part, and its limits; it can be corrected or removed.
 import { changeRobot, getRobot, removeRobot, restoreRobot } from "../base/api.js";
 import { byId, h } from "../base/dom.js";
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
@@ -19,7 +19,7 @@ async function during(words, action) {
   return facts;
 }
 
-/** Show a kept robot; `changed` hears its name once it is corrected, and "" once it is removed. */
+/** Show a kept robot; `changed` gets its name once it is corrected, and "" once it is removed. */
 export async function openRobot(name, changed) {
   Object.assign(state, { name, facts: null, changed });
   byId("robot-dialog").showModal();

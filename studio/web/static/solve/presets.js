@@ -1,4 +1,4 @@
-// The choice of a preset, and what can be done with those that were saved: save, rename, remove, each to be taken back.
+// The choice of a preset, and the actions on saved ones: save, rename, remove; each can be undone.
 import { h } from "../base/dom.js";
 import { getPresets, removePreset, renamePreset, savePreset } from "../base/api.js";
 import { askName } from "../base/ask.js";
@@ -8,7 +8,7 @@ import { hasText, t } from "../base/strings.js";
 export const presetWords = (name) => (hasText(`preset.${name}`) ? t(`preset.${name}`) : name);
 
 export class PresetChoice {
-  /** `onChoose` hears the name of a preset, `onReset` nothing, `onSaved` the name that a change of the list leaves in use. */
+  /** `onChoose` gets the name of a preset, `onReset` nothing, `onSaved` the name of the preset to use after the list changed. */
   constructor({ settings, onChoose, onReset, onSaved }) {
     this.settings = settings;
     this.onSaved = onSaved;

@@ -18,7 +18,7 @@ const valueWords = (value) => String(value).split(":").map((part) => serverText(
 const valueHelp = (key, value) => (hasText(`value_help.${key}:${value}`) ? t(`value_help.${key}:${value}`) : "");
 const OPEN = "switches-open";
 
-/** Groups of switches in the order of the page; switches that no group names come last. */
+/** Return the groups of switches in the order of the page; switches without a group come last. */
 function grouped(catalogue) {
   const known = new Set(GROUPS.flatMap(([, keys]) => keys));
   const rest = catalogue.map((item) => item.key).filter((key) => !known.has(key));
@@ -29,8 +29,8 @@ function grouped(catalogue) {
 
 export class Switches {
   /** `switches`: [{key, kind, values, low, high, help}]; `presets`: {name: {key: text}}, `saved`: names of those that can be
-   * changed; `place`: the take that the switches are of now, "" where of the stage; `onChange` hears of every choice and answers
-   * `false` where it is refused, `onPresets` asks for the catalogue anew. */
+   * changed; `place` returns the take that the switches apply to, "" for the stage; `onChange` is called for every choice and
+   * returns `false` if it is refused, `onPresets` requests the catalogue again. */
   constructor({ switches, presets, saved }, place, onChange, onPresets) {
     this.place = place;
     this.catalogue = switches;
@@ -52,7 +52,7 @@ export class Switches {
     return Object.fromEntries(Object.entries(this.values).filter(([key, value]) => value !== base[key]));
   }
 
-  /** Take in a catalogue with other presets. */
+  /** Update to a catalogue with other presets. */
   update({ presets, saved }) {
     const values = { ...this.values };
     Object.assign(this, { presets, saved });
@@ -113,7 +113,7 @@ export class Switches {
     return { element: text, set: (value) => { text.value = value; } };
   }
 
-  /** Use a preset as it is; the switches that this puts back can be had again. */
+  /** Use a preset unchanged; the switches that this resets can be restored. */
   choosePreset(name) {
     const before = this.now();
     const lost = Object.keys(this.changes()).length;
@@ -122,7 +122,7 @@ export class Switches {
     else if (name !== before.preset) keepUndo(t("solve.preset_chosen", { name: presetWords(name) }), "switches", before);
   }
 
-  /** What taking a change back needs. */
+  /** State that undoing a change needs. */
   now() {
     return { preset: this.preset, values: { ...this.values }, place: this.place() };
   }

@@ -1,4 +1,4 @@
-// A rigid body in a list: its name, joint, use and shape, which can be said there; of the live stage, or of a take.
+// A rigid body in a list: its name, joint, use and shape, which can be set there; of the live stage, or of a take.
 import { h } from "../base/dom.js";
 import { t } from "../base/strings.js";
 
@@ -9,13 +9,13 @@ const HANDS = ["left_hand", "right_hand"];
 /** A joint in words. */
 export const jointWords = (joint) => joint.replace("_", " ");
 
-/** A shape as it is typed. */
+/** Return a shape as it is typed. */
 export const shapeWords = (shape) => (shape ? `${shape.kind}:${shape.size_cm.join(",")}${shape.axis === "z" ? "" : `,${shape.axis}`}` : "");
 
-/** In which hand a prop is in replays and exports. */
+/** Which hand holds a prop in replays and exports. */
 export const heldWords = ({ joint }) => (HANDS.includes(joint) ? t("rigid.held_by", { joint: jointWords(joint) }) : t("rigid.held"));
 
-/** The row; `seen`, `below`: what is said beside its name and below, `known`: what is said of it (null: nothing), `say(changes)`. */
+/** Return the row; `seen`, `below`: words next to its name and below it, `known`: its settings (null: none), `say(changes)` sets them. */
 export function bodyRow(name, { seen, known, below, say }) {
   const choice = (key, values, value, words) => h("select", { aria: { label: t(`rigid.${key}`, { name }) }, onchange: (event) => say({ [key]: event.currentTarget.value }) },
     values.map((one) => h("option", { value: one, selected: one === value }, words(one))));

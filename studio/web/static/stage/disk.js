@@ -1,4 +1,4 @@
-// What the operator must know of the disk and of a take that went through a restart of the server.
+// What the operator must know about the disk and about a take that continued after a restart of the server.
 import { byId, h, setText } from "../base/dom.js";
 import { pin } from "../base/messages.js";
 import { said } from "../base/said.js";
@@ -14,7 +14,7 @@ function left(recording) {
   return `${time} · ${t("disk.gb", { gb: number(recording.disk_free_gb, recording.disk_free_gb < 10 ? 1 : 0) })}`;
 }
 
-/** Show how long the disk lasts, and the notice of a take that goes on after a restart. */
+/** Show how long the disk lasts, and the notice of a take that continues after a restart. */
 export function updateDisk({ recording, stale }) {
   const disk = byId("disk");
   setText(disk, stale ? "–" : left(recording));

@@ -3,7 +3,7 @@ import { byId, h } from "../base/dom.js";
 import { plain, t } from "../base/strings.js";
 import { showPanel } from "./panels.js";
 
-/** Topics in the order of the work, each with the title of the panel or the control that it is about. */
+/** Topics in the order of the work, each with the panel title or the control that it is about. */
 const TOPICS = {
   cameras: "cameras-title", phones: "cameras-title", calibrate: "calibration-title", tpose: "performer-title", record: "record", remote: "remote-link",
   replay: "takes-title", points: "view-layers", solve: "solve-title", compare: "takes-title", reference: "takes-title", blind: "takes-title",
@@ -34,7 +34,7 @@ function shortcuts(groups) {
     h("dl", {}, rows.flatMap(([keys, what]) => [h("dt", {}, keys.split(" ").map((key) => h("kbd", {}, key))), h("dd", {}, t(`keys.${what}`))]))));
 }
 
-/** Leave what holds all the words that were typed; topics that are left stand open. */
+/** Show only what contains all typed words; matching topics are opened. */
 function search(dialog, typed) {
   const words = plain(typed).split(/\s+/).filter(Boolean);
   const fits = (element) => words.every((word) => plain(element.textContent).includes(word));

@@ -17,7 +17,7 @@ const GOAL_MS = 80;
 const now = () => (performance.timeOrigin + performance.now()) / 1000;
 const state = { exchanges: [], asked: 0, poses: [], pictures: [], round: 0 };
 
-/** Ask for the server's time; of a few answers the quickest is the truest. */
+/** Ask for the server's time; the quickest of several answers is the most accurate. */
 async function exchange() {
   const { server_s: server, sent_ms: sent, received_ms: received } = await getClock(state.asked += 1);
   const halfway = (performance.timeOrigin + (sent + received) / 2) / 1000;
@@ -25,13 +25,13 @@ async function exchange() {
   if (state.exchanges.length > EXCHANGES) state.exchanges.shift();
 }
 
-/** How long to wait for the next exchange, after so many that have failed [ms]. */
+/** Return the wait before the next exchange [ms], after `failed` failures in a row. */
 function pause(failed) {
   if (failed) return Math.min(LAST_RETRY_MS, 1000 * 2 ** (failed - 1));
   return state.exchanges.length < FIRST_EXCHANGES ? FIRST_MS : EXCHANGE_MS;
 }
 
-/** Exchange times for as long as somebody looks. */
+/** Exchange times while the page is visible. */
 async function keepExchanging(round, failed = 0) {
   if (round !== state.round) return;
   if (document.hidden) {
@@ -48,7 +48,7 @@ async function keepExchanging(round, failed = 0) {
   setTimeout(keepExchanging, pause(failed), round, failed);
 }
 
-/** The server is there (again), perhaps another one with another clock: what was measured of it is old. */
+/** Restart the measurement: the server is there (again), perhaps another one with another clock. */
 export function measureAnew() {
   state.exchanges = [];
   keepExchanging(state.round += 1);
@@ -62,7 +62,7 @@ export function quantile(values, share) {
   return sorted[Math.min(sorted.length - 1, Math.ceil(share * sorted.length) - 1)];
 }
 
-/** The figures of the last seconds [ms], or null before there are enough: to the message, and from there to the screen. */
+/** Latencies of the last seconds [ms], to the message and from there to the screen; null before there are enough. */
 export function figures() {
   const since = now() - KEPT_S;
   state.poses = state.poses.filter((pose) => pose.came > since);

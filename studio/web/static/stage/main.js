@@ -73,14 +73,14 @@ function showConnection(connection) {
   }
 }
 
-/** Say over the picture since when it is not of now. */
+/** Show over the picture since when it is out of date. */
 function showAge() {
   const gone = document.body.dataset.connection === "gone";
   const from = gone ? state.heardAt || performance.now() : state.pictureFrom;
   setStale(from === null ? "" : t(gone ? "stale.server" : "stale.picture", { time: timeOfDay(language(), performance.now() - from) }));
 }
 
-/** Ask for everything that the events do not carry. */
+/** Request everything that the events do not carry. */
 async function load() {
   const [view, switches, settings] = await Promise.all([getView(), getSwitches(), getSettings()]);
   state.colours = view.colours;
@@ -92,7 +92,7 @@ async function load() {
   await Promise.all([loadTakes(), updateAccess().then(setRole).then(announce)]);
 }
 
-/** Have the switches be those of what is shown: of the take that is replayed as they were last set, else of the stage. */
+/** Set the switches to what is shown: as last set for the replayed take, else those of the stage. */
 function followReplay(replay) {
   const shown = replay.open ? replay.take : "";
   arrangePanels(replay.open);
@@ -107,13 +107,13 @@ function followReplay(replay) {
   else if (!shown) attempt(async () => state.switches.show(await getSettings()));
 }
 
-/** Ask for the presets anew, and use the one of a name. */
+/** Request the presets again, and use the named one. */
 async function loadPresets(name) {
   state.switches.update(await getSwitches());
   if (name && name !== state.switches.preset) state.switches.use({ preset: name, values: { ...state.switches.presets[name] } });
 }
 
-/** Use the switches as set: for the take that is replayed, else for the live stage. What is refused is put back. */
+/** Apply the switches to the replayed take, else to the live stage. Refused settings are reverted. */
 async function applySettings(chosen) {
   const replay = replayed();
   if (replay.open) {
@@ -151,7 +151,7 @@ function drawTakes() {
   updateTakes({ running: byTake, failed }, () => ({ preset: state.switches.preset, set: state.switches.changes() }));
 }
 
-/** Show how solves go; one that has ended brings new files. */
+/** Show the state of the jobs; one that has ended brings new files. */
 function showJobs(jobs) {
   const before = Object.fromEntries((state.jobs ?? jobs).map((job) => [job.id, job]));
   state.jobs = jobs;
@@ -213,7 +213,7 @@ function showStatus(status) {
   updateNextStep(status, state.takes && foundTakes().total, replayed().open);
 }
 
-/** Show the panels once they have what they show, all at once: rows that come one after the other move what is under the pointer. */
+/** Show the panels all at once, when their content is loaded: rows that appear one by one move what is under the pointer. */
 function showPanels() {
   if (state.status && state.loaded) delete document.body.dataset.loading;
 }
@@ -243,7 +243,7 @@ function showMessage(message) {
   showPanels();
 }
 
-/** Say what the server said last again, in another language. */
+/** Show the server's last message again, in another language. */
 function sayAgain() {
   const { connection } = document.body.dataset;
   setText(byId("connection").querySelector(".text"), t(`connection.${connection}`));

@@ -1,4 +1,4 @@
-// The next step, over the view: for whoever opens the studio for the first time, and whenever something is missing.
+// The next step, over the view: for those who open the studio for the first time, and whenever something is missing.
 import { showAddCamera, startSimulated } from "../cameras/add_camera.js";
 import { byId, h, redraw } from "../base/dom.js";
 import { canOperate } from "../base/role.js";
@@ -7,7 +7,7 @@ import { t } from "../base/strings.js";
 const STEPS = ["cameras", "calibrate", "record"];
 const BUSY = ["gathering", "computing"];
 
-/** The step that is missing, "" where none is: a studio with a take needs no guide beyond its cameras. */
+/** Return the missing step, "" if there is none: with a take, only cameras and calibration can be missing. */
 function stepOf(status, count, replaying) {
   if (replaying || status.recording.active || BUSY.includes(status.calibration.attempt.state)) return "";
   if (!Object.values(status.cameras).some((camera) => camera.connected)) return "cameras";

@@ -84,7 +84,7 @@ function form() {
     h("button", { type: "submit" }, t("message.add")));
 }
 
-/** Show the targets and how they go. */
+/** Show the targets and their state. */
 export async function updateOutputs() {
   const { outputs, problem } = await getOutputs();
   const on = outputs.filter((output) => output.enabled);
@@ -113,7 +113,7 @@ export function outputRobots(names) {
   attempt(updateOutputs);
 }
 
-/** Begin to show the targets; problems of a network come up later. */
+/** Start showing the targets, and refresh them: network problems appear later. */
 export function startOutputs() {
   attempt(updateOutputs);
   setInterval(() => { if (document.body.dataset.connection === "open" && byId("outputs").querySelector("li")) attempt(updateOutputs); }, PERIOD_MS);

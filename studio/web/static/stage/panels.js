@@ -1,4 +1,4 @@
-// Panels of the side fold up by their titles; which are folded is kept over a reload.
+// Panels of the side fold up by their titles; the folded ones are remembered over a reload.
 import { byId } from "../base/dom.js";
 
 const KEPT = "folded";
@@ -39,7 +39,7 @@ export function startPanels() {
   }
 }
 
-/** Have what concerns an open take stand first, and the panels of the live stage folded away; `open`: whether one is. */
+/** Put the panels of an open take first; the style sheet hides those of the live stage. `open`: whether one is. */
 export function arrangePanels(open) {
   const [solve, takes] = [byId("solve-panel"), byId("takes-panel")];
   const now = solve.compareDocumentPosition(takes) & Node.DOCUMENT_POSITION_FOLLOWING;
@@ -49,7 +49,7 @@ export function arrangePanels(open) {
   byId("side").scrollTop = 0;
 }
 
-/** Unfold the panel of a title and bring it into sight; on a phone, where the page itself would scroll, the stage stays. */
+/** Unfold the panel of a title and scroll to it; on a phone, where the page itself would scroll, the stage stays. */
 export function showPanel(titleId) {
   const title = byId(titleId);
   fold(title, false);

@@ -1,4 +1,4 @@
-// Rigid bodies of other systems: which systems are heard, and what each body is.
+// Rigid bodies of other systems: which systems are received, and what each body is.
 import { byId, h, redraw } from "../base/dom.js";
 import { changeRigidBodies, getRigidBodies } from "../base/api.js";
 import { attempt } from "../base/messages.js";
@@ -18,7 +18,7 @@ const change = (changes) => attempt(async () => {
 
 const valueOf = (name, text) => (NUMBERS.includes(name) ? Number(text) : text.trim());
 
-/** Say something else of a body; one of which nothing is said is only shown. */
+/** Change the settings of a body; one without settings is only shown. */
 function say(name, changes) {
   const { bodies } = panel.settings;
   const before = bodies.find((one) => one.name === name) ?? { name, use: "prop", joint: "", performer: "performer_1", shape: null };
@@ -33,7 +33,7 @@ function shapeOf(text) {
   return kind ? { kind, size_cm: parts.map(Number), axis } : null;
 }
 
-/** What becomes of a prop, or of a body that is evidence: whether it pins the live solve. */
+/** Return in words how a prop is used, or whether a body that is evidence pins the live solve. */
 function tie(name, known) {
   if (known?.use === "prop") return heldWords(known);
   if (known?.use !== "evidence") return "";
@@ -41,7 +41,7 @@ function tie(name, known) {
   return measured ? t("rigid.pins", { joint: jointWords(known.joint), mm: number(measured.residual_mm, 0) }) : t("rigid.pins_not");
 }
 
-/** Which take's measured places of bodies pin joints in the live solve. */
+/** Choice of the take whose measured body placements pin joints in the live solve. */
 function likeTake() {
   const options = panel.measured.map((one) => h("option", { value: one }, one));
   return h("label", { class: "field" }, h("span", { title: t("rigid.like.hint") }, t("rigid.like")),
@@ -55,7 +55,7 @@ function body({ name, seen }) {
   return bodyRow(name, { seen: t(seen ? "rigid.seen" : "rigid.unseen"), known, below: tie(name, known), say: saying });
 }
 
-/** What comes of a system: markers come by NatNet alone. */
+/** Return what a system sends, in words: only NatNet sends markers. */
 function come(name, { packets }) {
   const { bodies, markers, loose_markers: loose } = panel.status;
   if (name !== "natnet" || !markers && !loose) return t(packets ? "rigid.comes" : "set.nothing");
@@ -80,7 +80,7 @@ function draw() {
   const { settings, status, measured } = panel;
   const focused = document.activeElement;
   if (!settings || !status || byId("rigid").contains(focused) && focused.matches("input[type=text], select")) return;
-  // what changes by itself draws nothing anew
+  // what changes by itself causes no redraw
   const systems = Object.keys(SYSTEMS).map((name) => ({ ...status[name], packets: status[name].packets > 0 }));
   const shown = [systems, status.problem, status.markers, status.loose_markers, status.bodies.map(({ name, seen }) => [name, seen])];
   redraw(byId("rigid"), [settings, shown, measured], () => [
@@ -91,7 +91,7 @@ function draw() {
   ].filter(Boolean));
 }
 
-/** Show what came of rigid bodies, as the server said last. */
+/** Show the received rigid bodies, as last reported by the server. */
 export function updateRigid(status) {
   panel.status = status;
   draw();
@@ -103,7 +103,7 @@ const ask = () => attempt(async () => {
   draw();
 });
 
-/** Ask for the switches; and anew when somebody comes to them, as takes may have been measured since. */
+/** Request the settings, and again when the pointer enters the panel, as takes may have been measured since. */
 export function startRigid() {
   byId("rigid").addEventListener("pointerenter", ask);
   ask();

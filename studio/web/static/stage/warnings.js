@@ -1,4 +1,4 @@
-// What the operator must hear of at once: a performer who leaves the view, a camera that starves.
+// What the operator must learn at once: a performer who leaves the view, a camera that is silent or limited.
 import { byId, setText } from "../base/dom.js";
 import { isMuted, play, setMuted } from "../base/sound.js";
 import { said } from "../base/said.js";
@@ -34,7 +34,7 @@ function showSound() {
   byId("sound").title = t(isMuted() ? "sound.on" : "sound.off");
 }
 
-/** Connect the switch of sounds. */
+/** Connect the sound switch. */
 export function startWarnings() {
   byId("sound").addEventListener("click", () => {
     setMuted(!isMuted());

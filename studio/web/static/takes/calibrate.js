@@ -1,4 +1,4 @@
-// How a take on disk is calibrated: from its own frames with what is known of its cameras, or as another take.
+// Calibration of a take on disk: from its own frames with what is known about its cameras, or as another take.
 import { h } from "../base/dom.js";
 import { findTakes, getBoards, getTakeDetail } from "../base/api.js";
 import { ask, tell } from "../base/ask.js";
@@ -9,7 +9,7 @@ import { reasonsOf, verdictCards } from "../calibration/verdict.js";
 
 const ALIKE = 100; // takes of which one may be borrowed from, the newest first
 
-/** Takes that are calibrated and have the same cameras, the newest first. */
+/** Return calibrated takes that have the same cameras, the newest first. */
 async function alikeTakes(take) {
   const cameras = take.cameras.map((name) => `camera:"${name}"`).join(" ");
   const { takes } = await findTakes({ search: `is:calibrated ${cameras}`, limit: ALIKE, offset: 0 });
@@ -18,7 +18,7 @@ async function alikeTakes(take) {
 
 const noBoard = (take, flat) => (flat.length < take.cameras.length ? t("board.depth") : take.video_bytes > 0 ? "" : t("board.no_videos"));
 
-/** Ask how a take is calibrated; return what is asked of the server, and `before`, the number of the calibration in use; or null. */
+/** Ask how to calibrate a take; return `known`, the request to the server, and `before`, the number of the calibration in use; or null. */
 export async function askCalibration(take) {
   const [alike, { meta }, boards] = await Promise.all([alikeTakes(take), getTakeDetail(take), getBoards()]);
   const flat = meta.cameras.filter((one) => seesNoDepth(one.joint_set)).map(({ name }) => name).sort();
@@ -33,7 +33,7 @@ export async function askCalibration(take) {
   return ask(t("take.calibrate_label", { name: take.name }), content, t("calibration.start"), false, () => ({ known: wanted(), before: meta.calibration }));
 }
 
-/** What a calibration found, in words: how many cameras are how good, and the performer's height. */
+/** Result of a calibration in words: how many cameras are good or usable, and the performer's height. */
 export function calibrationWords(take, { calibration }) {
   const verdicts = Object.values(calibration.cameras).map(({ verdict }) => verdict);
   const counts = ["good", "usable"].map((verdict) => [verdicts.filter((one) => one === verdict).length, verdict]).filter(([n]) => n);
@@ -42,7 +42,7 @@ export function calibrationWords(take, { calibration }) {
   return [t("take.calibrated_as", { name: take.name, cameras }), tall && t("take.calibrated_tall", { m: number(tall, 2) })].filter(Boolean).join(" ");
 }
 
-/** Show what is not good of a calibration, camera by camera, with what to do; nothing where all is. */
+/** Show what is wrong with a calibration, camera by camera, with what to do; nothing if all is good. */
 export function showVerdicts(take, { calibration: { cameras, reference } }) {
   if (!reasonsOf(cameras).length) return;
   tell(t("take.calibration_of", { name: take.name }), h("ul", { class: "verdicts", tabIndex: 0 }, verdictCards(cameras, reference)));

@@ -10,17 +10,17 @@ const found = { search: sessionStorage.getItem(KEPT) ?? "", takes: [], others: [
  * many of them the server has read so far (`reading`, null where all), the `problem` of a search. */
 export const foundTakes = () => found;
 
-/** The take of an id, where it is known. */
+/** Return the take with an id, if it is known. */
 export const takeOf = (id) => [...found.takes, ...found.others].find((take) => take.id === id);
 
-/** Search for other takes from the next `loadFound` on. */
+/** Set the search, which applies from the next `loadFound` on. */
 export function setSearch(text) {
   found.search = text;
   sessionStorage.setItem(KEPT, text);
   found.takes = found.takes.slice(0, PAGE);
 }
 
-/** Load so many takes as are shown anew, and those of `ids` that are not among them; a newer call wins. Returns all that are known. */
+/** Reload as many takes as are shown, and those of `ids` that are not among them; a newer call wins. Returns all known takes. */
 export async function loadFound(ids) {
   const asked = found.asked += 1;
   let answer;

@@ -1,4 +1,4 @@
-// What somebody drops or chooses, as a list of files with their paths: folders are walked through.
+// Dropped or chosen files as a list with their paths; folders are walked through.
 
 const CLUTTER = ["thumbs.db", "desktop.ini", "__macosx"]; // of the systems; nothing that a recording is made of
 
@@ -6,7 +6,7 @@ const isWanted = ({ path, file }) => file && path.split("/").every((part) => !pa
 
 const fileOf = (entry) => new Promise((resolve, reject) => entry.file(resolve, reject));
 
-/** All entries of a folder: a browser gives a hundred at a time. */
+/** Return all entries of a folder: a browser returns a hundred at a time. */
 async function entriesOf(folder) {
   const reader = folder.createReader(), found = [];
   for (;;) {
@@ -23,7 +23,7 @@ async function walk(entry, path) {
   return found;
 }
 
-/** Return the files that a drop brings, as `[{path, file}]`; to be called at once, as the browser forgets what was dropped. */
+/** Return the dropped files as `[{path, file}]`; to be called at once, as the browser forgets what was dropped. */
 export async function droppedFiles(transfer) {
   const items = [...transfer.items].filter((item) => item.kind === "file").map((item) => ({ entry: item.webkitGetAsEntry?.(), file: item.getAsFile() }));
   const found = [];

@@ -17,7 +17,7 @@ const state = { sending: 0, imported: () => {} };
 
 const later = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-/** Send an import's files; an error that the server has words for is left to the job. */
+/** Send an import's files; an error that the server explains is left to the job. */
 async function send(job, files) {
   const leaving = new AbortController();
   const end = ended(job);
@@ -43,10 +43,10 @@ async function bring({ job, robot }, files) {
   }
 }
 
-/** When claps are heard, as typed: seconds, or camera=second, with commas or spaces between. */
+/** Return the typed times of claps: seconds, or camera=second, with commas or spaces between. */
 const clapsNow = () => (byId("import-clap")?.value ?? "").split(/[,;\s]+/).filter(Boolean);
 
-/** Import `[{path, file}]`: they are sent one import after the other, while those that have come are read. */
+/** Import `[{path, file}]`: one import after the other is sent and read. */
 export function importFiles(files) {
   return attempt(async () => {
     if (!files.length) throw new Error(t("import.nothing"));
@@ -62,7 +62,7 @@ export function importFiles(files) {
   });
 }
 
-/** The take whose row is under the pointer, where what is dropped may be a reference of it. */
+/** Row of the take under the pointer, to which a dropped file may be added as a reference. */
 const rowAt = (event) => event.target.closest?.(".take[data-take]") ?? null;
 
 const isReference = (files) => files.length === 1 && !files[0].path.includes("/") && REFERENCES.some((ending) => files[0].path.toLowerCase().endsWith(ending));
@@ -106,7 +106,7 @@ async function dropped(event) {
   else await importFiles(found);
 }
 
-/** Hear what is dragged over the page, and over the 3D view, which is a page of its own. */
+/** Listen for drags over a page: this one, or the 3D view, which is a page of its own. */
 function listenTo(target) {
   target.addEventListener("dragenter", over);
   target.addEventListener("dragover", over);
@@ -145,7 +145,7 @@ function build() {
   ];
 }
 
-/** Connect the button and the page; `imported` hears the id of a take that has come. */
+/** Connect the button and the page; `imported` gets the id of an imported take. */
 export function startImport(imported) {
   state.imported = imported;
   const dialog = byId("import-dialog");

@@ -1,4 +1,4 @@
-// The field that finds takes, and what may be typed into it.
+// The search field for takes, and examples of what may be typed into it.
 import { byId, h } from "../base/dom.js";
 import { t } from "../base/strings.js";
 import { foundTakes } from "./found.js";
@@ -16,7 +16,7 @@ function example([text, key], search) {
     h("dd", {}, t(`search.${key}`))];
 }
 
-/** Begin; `search` looks for a text, `all` selects what was found. */
+/** Start; `search` searches for a text, `all` selects what was found. */
 export function startSearch({ search, all }) {
   const field = byId("takes-search");
   field.value = foundTakes().search;

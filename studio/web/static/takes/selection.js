@@ -1,4 +1,4 @@
-// What is done with several takes at once: solve, export, compare, tag, throw away.
+// Actions on several takes at once: solve, export, compare, splice, tag, throw away.
 import { byId, h, redraw } from "../base/dom.js";
 import { changeTake, restoreTake, solveTake, throwTake } from "../base/api.js";
 import { askName } from "../base/ask.js";
@@ -27,21 +27,21 @@ export const isSelected = (take) => chosen.has(take.id);
 /** The ids of the takes that are selected. */
 export const selectedIds = () => [...chosen.keys()];
 
-/** Select a take, or no longer. */
+/** Select or deselect a take. */
 export function select(take, wanted) {
   if (wanted) chosen.set(take.id, take);
   else chosen.delete(take.id);
   showSelection();
 }
 
-/** Select no take, or all of some. */
+/** Select exactly these takes. */
 export function selectAll(some) {
   chosen.clear();
   for (const take of some) chosen.set(take.id, take);
   list.show();
 }
 
-/** Take in takes as they are now; what has gone is selected no longer. `known`: finds a take by its id. */
+/** Update the selected takes, and deselect those that are gone. `known`: finds a take by its id. */
 export function refreshSelection(known) {
   for (const id of chosen.keys()) {
     const take = known(id);
@@ -109,12 +109,12 @@ function acts() {
   ];
 }
 
-/** Show what can be done with the takes that are selected. */
+/** Show the actions on the selected takes. */
 export function showSelection() {
   redraw(byId("takes-selected"), takes().map((take) => [take.id, take.solves, take.tags, take.calibrated, take.recording]), () => (chosen.size ? acts() : []));
 }
 
-/** Begin; `changed` loads the takes anew, `settings` returns preset and switches as set, `show` draws the list. */
+/** Start; `changed` reloads the takes, `settings` returns preset and switches as set, `show` draws the list. */
 export function startSelection(how) {
   list = how;
 }

@@ -1,4 +1,4 @@
-// The share dialog: a solve becomes a replay in one HTML file and a link to it; all links, and taking them back.
+// The share dialog: a solve becomes a replay in one HTML file with a link to it; all links, and revoking them.
 import { linkTo, onlyHere } from "../base/address.js";
 import { byId, h } from "../base/dom.js";
 import { getShares, removeShare, restoreShare, shareSolve } from "../base/api.js";
@@ -28,7 +28,7 @@ async function copy(text) {
   }
 }
 
-/** The part between in and out, where this take is replayed and has such. */
+/** Return the part between in and out, if this take is replayed and has one. */
 function part(take) {
   const { open, take: shown, first, last, frames, rate_hz: rate } = replayed();
   if (!open || shown !== take.id) return {};
@@ -82,7 +82,7 @@ async function show() {
       h("button", { type: "submit" }, t("share.close"))));
 }
 
-/** Make a replay of a take's solve to give away, and show its link. */
+/** Make a replay of a take's solve to share, and show its link. */
 export async function askShare(take, solve) {
   Object.assign(state, { take, solve, share: null });
   await attempt(show);

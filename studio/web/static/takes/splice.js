@@ -1,4 +1,4 @@
-// Splice takes: a dialog with the parts in their order, how long they are blended, and the name of the new take.
+// Splice takes: a dialog with the parts in their order, their blend time, and the name of the new take.
 import { h } from "../base/dom.js";
 import { spliceTakes } from "../base/api.js";
 import { ask } from "../base/ask.js";
@@ -13,7 +13,7 @@ function seconds(label, value, attributes = {}) {
   return [input, h("label", { class: "field" }, h("span", {}, label), input)];
 }
 
-/** One part: its take and the fields of its times, which are all of the take where they are empty. */
+/** Return one part: its take and the fields of its times; empty fields mean the whole take. */
 function partOf({ take, solve, performer, start_s: start = "", end_s: end = "" }) {
   const [from, fromField] = seconds(t("splice.from"), start, { aria: { label: `${t("splice.from")}, ${take.name}` } });
   const [to, toField] = seconds(t("splice.to"), end, { aria: { label: `${t("splice.to")}, ${take.name}` } });
@@ -25,7 +25,7 @@ function partOf({ take, solve, performer, start_s: start = "", end_s: end = "" }
   return { row, read };
 }
 
-/** A button that has a part come earlier. */
+/** Button that moves a part one place earlier. */
 function earlier(parts, part, list) {
   return h("button", { type: "button", class: "small square quiet", title: t("splice.earlier"), aria: { label: t("splice.earlier") }, onclick: () => {
     const k = parts.indexOf(part);
@@ -36,8 +36,8 @@ function earlier(parts, part, list) {
 }
 
 /**
- * Ask how parts `{take, solve, performer?, start_s?, end_s?}` (times since the solve's beginning) are spliced, and do it;
- * `times`: how often they come, for a loop.
+ * Ask how to splice parts `{take, solve, performer?, start_s?, end_s?}` (times since the solve's beginning), and do it;
+ * `times`: how often they repeat, for a loop.
  */
 export async function askSplice(given, times = 1) {
   const parts = given.map(partOf), list = h("ol", { class: "splice-parts" });

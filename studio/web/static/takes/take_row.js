@@ -12,10 +12,10 @@ const BEST = ["finish", "studio", "live", "imported", "spliced"];
 const STARS = 5;
 const MAX_NAME = 60, MAX_NOTES = 2000, MAX_TAGS = 400;
 
-/** The solve that shows a take best, by its name. */
+/** Return the name of the solve that shows a take best. */
 export const bestSolve = (take) => BEST.find((name) => take.solves.includes(name)) ?? take.solves[0];
 
-/** A name for a solve: the preset's where it is free or solved with the preset as it stands, else numbered. */
+/** Return a name for a solve: the preset's if no switch differs from it, else the preset's with a free number. */
 export function freeName(take, settings) {
   if (Object.keys(settings.set).length === 0) return settings.preset;
   let number = 2;
@@ -83,7 +83,7 @@ function picture(take, best, made) {
     image, h("span", { class: "play", aria: { hidden: "true" } }, "▶"));
 }
 
-/** How long the performance is, as its replay counts; what was recorded before it is told too. */
+/** Return how long the performance is, as its replay counts, and what was recorded before it. */
 function length({ seconds, calibration_s: before }) {
   if (seconds === null) return "";
   return before ? t("take.length", { performance: clock(Math.max(seconds - before, 0)), before: clock(before) }) : clock(seconds);
@@ -98,7 +98,7 @@ function line(take) {
   return h("p", { class: "when" }, take.recording ? t("take.recording") : parts.filter(Boolean).join("  ·  "));
 }
 
-/** A take that no calibration is in use of has no cameras' places yet: it cannot be solved before. */
+/** Whether a take has no calibration in use: its cameras' places are unknown, so it cannot be solved yet. */
 export const uncalibrated = (take) => take.cameras.length > 0 && !take.calibrated && !take.recording;
 
 function mainAct(take, acts, job, more = "") {
@@ -126,13 +126,13 @@ function head(take, { acts, selected, job }) {
     mainAct(take, acts, job));
 }
 
-/** What shows the beginning of a solve that is being made. */
+/** Button that shows the beginning of an unfinished solve. */
 function soFar(take, job) {
   const words = t("take.so_far", { done: tenths(job.so_far_s), of: tenths(job.of_s) });
   return h("button", { class: "small so-far", type: "button", onclick: () => open(take.id, job.name), title: t("take.so_far_hint") }, words);
 }
 
-/** Return what is done with the take that is replayed, and with the solve that is shown of it. */
+/** Return the actions on the replayed take and on its shown solve. */
 export function openTake(take, solve, { acts, job }) {
   const made = take.solves.includes(solve); // not what is still being made, nor what the cameras saw
   return [
@@ -146,14 +146,14 @@ export function openTake(take, solve, { acts, job }) {
   ].filter(Boolean);
 }
 
-/** Notes of several lines show the first one, and the others when it is clicked. */
+/** Return the notes; of several lines the first is shown, and the others on a click. */
 function notes(text) {
   const [first, ...others] = text.split("\n");
   if (!others.length) return h("p", { class: "muted notes" }, text);
   return h("details", { class: "muted notes" }, h("summary", {}, first), others.join("\n"));
 }
 
-/** Return the row of a take; `acts`: what its controls do; `shown`: `take|solve` that is replayed, `job`: its solve under way, `failed`: one that failed, `picture`: how many were made. */
+/** Return the row of a take; `acts`: what its controls do; `shown`: the replayed `take|solve`, `job`: its job under way, `failed`: one that failed, `picture`: how many were made. */
 export function takeRow(take, { acts, best, editing, failed, job, picture: made, selected, shown }) {
   return h("li", { "data-take": take.id, class: `take ${shown.startsWith(`${take.id}|`) ? "replayed" : ""}` },
     picture(take, best, made),

@@ -1,4 +1,4 @@
-// The list of takes: rows of what was found, built as they come into sight; every change of a take can be taken back.
+// The list of takes: rows of the found takes, more of them loaded on scrolling; every change of a take can be undone.
 import { byId, h, redraw, setText, whenLetGo } from "../base/dom.js";
 import { calibrateTake, changeTake, getCalibrations, restoreTake, solveTake, throwSolve, throwTake, throwVideo, useCalibration } from "../base/api.js";
 import { ended } from "../base/jobs.js";
@@ -17,7 +17,7 @@ const list = { loaded: false, jobs: {}, failed: {}, pictures: 0, settings: () =>
 const rows = new Map(); // id -> {element, key}
 const texts = new WeakMap(); // a take as text
 
-/** Do something to a take, then show the list anew. */
+/** Run an action on a take, then reload the list. */
 const alter = (action) => attempt(async () => { await action(); await list.changed(); });
 
 const RESTORE = undoing("trash", (id) => alter(() => restoreTake(id)));
@@ -46,7 +46,7 @@ function removeVideo(take) {
   });
 }
 
-/** Change a take's slate; what it was before can be put back. */
+/** Change a take's slate; the previous one can be restored. */
 function change(take, values) {
   const before = Object.fromEntries(Object.keys(values).map((key) => [key, take[key] ?? (key === "rating" ? 0 : "")]));
   if (Object.keys(values).every((key) => JSON.stringify(values[key]) === JSON.stringify(before[key]))) return show();
@@ -64,7 +64,7 @@ function solve(take) {
   });
 }
 
-/** Calibrate a take, and say what was found; the calibration that was in use before can be put back. */
+/** Calibrate a take, and show the result; the previous calibration can be restored. */
 async function calibrate(take) {
   const asked = await attempt(() => askCalibration(take));
   if (!asked) return;
@@ -105,7 +105,7 @@ async function more() {
 
 const moreSeen = new IntersectionObserver((entries) => { if (entries.some((entry) => entry.isIntersecting)) more(); }, { rootMargin: "600px" });
 
-/** The row of a take; built anew only where it shows something else than before. */
+/** Return the row of a take, rebuilt only if its content changed. */
 function rowOf(take, shown) {
   if (!texts.has(take)) texts.set(take, JSON.stringify(take));
   const own = shown.startsWith(`${take.id}|`) ? shown : "";
@@ -134,7 +134,7 @@ function showRows(takes) {
   if (focused && document.activeElement?.id !== focused) byId(focused)?.focus();
 }
 
-/** What is done with the take that is replayed, over all others. */
+/** Show the actions on the replayed take, above the list. */
 function showOpenTake() {
   const { open, take: id, solve: name } = replayed();
   const take = open ? takeOf(id) : null;
@@ -184,14 +184,14 @@ export function updateTakes({ running, failed }, settings) {
   show();
 }
 
-/** Take in how many pictures the server has made: where there are new ones, the list is loaded anew. */
+/** Set how many pictures the server has made; if there are new ones, reload the list. */
 export function updatePictures(made) {
   if (made === list.pictures) return;
   list.pictures = made;
   attempt(list.changed);
 }
 
-/** Begin; `changed` loads the takes anew. */
+/** Start; `changed` reloads the takes. */
 export function startTakes(changed) {
   list.changed = changed;
   byId("takes").replaceChildren(

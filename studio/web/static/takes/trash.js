@@ -10,7 +10,7 @@ const dialog = { changed: () => {} };
 const nameOf = (thrown) => (thrown.video ? t("trash.video", { name: thrown.name }) : thrown.solve ? t("trash.solve", { name: thrown.name, solve: thrown.solve }) : thrown.name);
 const dayOf = (thrown) => new Date(thrown.thrown).toLocaleString(language(), { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
 
-/** Do something to the trash, then show it anew. */
+/** Run an action on the trash, then show it again. */
 const alter = (action) => attempt(async () => { await action(); await show(); await dialog.changed(); });
 
 async function deleteOne(thrown) {
@@ -41,7 +41,7 @@ async function show() {
       thrown.length > 0 && h("button", { type: "button", onclick: () => empty(thrown.length) }, t("trash.empty"))));
 }
 
-/** Connect the button; `changed` loads the takes anew. */
+/** Connect the button; `changed` reloads the takes. */
 export function startTrash(changed) {
   dialog.changed = changed;
   byId("trash-open").addEventListener("click", () => attempt(async () => { await show(); byId("trash").showModal(); }));

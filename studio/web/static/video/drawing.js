@@ -6,7 +6,7 @@ const LARGE = 500; // a smaller picture gets thinner lines [CSS pixels]
 const EDGE = "rgba(0, 0, 0, .55)";
 const STYLES = { landmarks: { line: "#ffb454", dot: "#ffb454", width: 1.4, radius: 2.4 }, skeleton: { line: "#4fe3c1", dot: "#ffffff", width: 2.4, radius: 2.2 } };
 
-/** The colours of what is drawn over pictures. */
+/** Colour of what is drawn over pictures, by kind. */
 export const colourOf = (kind) => STYLES[kind].line;
 
 function drawFigure(pen, kind, { joints, bones }, place) {
@@ -36,7 +36,7 @@ function drawFigure(pen, kind, { joints, bones }, place) {
   }
 }
 
-/** A joint's place [CSS pixels], of a figure's places in a picture that is drawn at `place`; null where it is not drawn. */
+/** Return a joint's place [CSS pixels], from the places `joints` in a picture drawn at `place`; null if it is not drawn. */
 export const pointOf = (joints, joint, place) => (joints[2 * joint] === null || joints[2 * joint] === undefined ? null
   : [place.left + (joints[2 * joint] / FINE) * place.width, place.top + (joints[2 * joint + 1] / FINE) * place.height]);
 
@@ -55,7 +55,7 @@ export function drawDragged(canvas, from, to) {
   }
 }
 
-/** Draw a picture as large as the canvas lets it be, with figures `{kind: {joints, bones}}` over it; return its place [CSS pixels]. */
+/** Draw a picture as large as the canvas allows, with figures `{kind: {joints, bones}}` over it; return its place [CSS pixels]. */
 export function drawPicture(canvas, picture, figures) {
   const { context: pen, width, height } = prepare(canvas);
   if (!picture) return null;

@@ -1,5 +1,5 @@
-// The video of a camera beside the replay, in step with it: its own clock is the replay's, and it shows the picture of the frame
-// that is shown, or says that this picture has not come yet.
+// The video of a camera next to the replay, on the replay's clock: it shows the picture of the current frame, or reports that
+// this picture has not arrived yet.
 import { byId, h, redraw, setText } from "../base/dom.js";
 import { getVideo, getVideoDrawn, getVideos, videoPicture } from "../base/api.js";
 import { attempt } from "../base/messages.js";
@@ -30,13 +30,13 @@ export function toggleVideo() {
   followVideo(state.replay);
 }
 
-/** The picture that is shown: `{camera, number, frame, place, joints, names}`, the solved skeleton's places in it and its joints' names; null without one. */
+/** The shown picture: `{camera, number, frame, place, joints, names}`, with the solved skeleton's places in it and its joints' names; null without one. */
 export const shownPicture = () => (byId("video").hidden ? null : state.painted);
 
 /** Draw the picture again. */
 export const repaintVideo = () => paintVideo(state.frame);
 
-/** Forget what is drawn: the solve may be a new one of an old name. */
+/** Forget what is drawn: a new solve may have the same name. */
 export function forgetVideo() {
   state.wanted = "";
 }
@@ -46,7 +46,7 @@ function clear() {
   Object.assign(state, { video: null, pictures: null, places: new Map(), parts: new Map(), said: "" });
 }
 
-/** Take in what is replayed. */
+/** Update to what is replayed. */
 export function followVideo(replay) {
   state.replay = replay;
   const pane = byId("video"), shown = replay.open && state.shown;
@@ -133,7 +133,7 @@ function showHead() {
     h("button", { id: "video-close", type: "button", class: "small square quiet", title: `${t("video.close")} (V)`, aria: { label: t("video.close") }, onclick: toggleVideo }, "×")]);
 }
 
-/** Have the pictures come that are shown next, in turn; while it plays, not those that would come too late. */
+/** Request the pictures that are shown next, in order; during playback, not those that would arrive too late. */
 function wantAhead(frame) {
   const { playing, first, last, loop, speed, rate_hz: rate } = state.replay, { pictures } = state.video;
   const skipped = playing ? Math.round(state.pictures.latency_s * speed * rate) : 0, numbers = new Set();
@@ -171,7 +171,7 @@ function figuresOf(number) {
     .map((kind) => [kind, { joints: drawn[kind][place - drawn.first], bones: bones[kind] }]));
 }
 
-/** Draw the picture of a frame; as long as it has not come, the last one stays, and that is said. */
+/** Draw the picture of a frame; until it arrives the last one stays, and a delay is reported. */
 export function paintVideo(frame) {
   state.frame = frame;
   state.painted = null;

@@ -5,7 +5,7 @@ const DECODED = [8, 120]; // so many at least and at most
 const MOST_BYTES = 64e6; // of pictures kept as they came
 
 export class Pictures {
-  /** `address` of a picture by its number; `came` hears that one can be drawn, `failed` what went wrong with one. */
+  /** `address` returns a picture's URL by its number; `came` is called when one can be drawn, `failed` with its error. */
   constructor(address, came, failed) {
     Object.assign(this, { address, came, failed });
     this.blobs = new Map();
@@ -20,7 +20,7 @@ export class Pictures {
     this.latency_s = 0;
   }
 
-  /** The picture nearest to a number, no further than `apart`, that can be drawn now: `[its number, picture]`, or null. */
+  /** Return the decoded picture nearest to a number, at most `apart` from it: `[its number, picture]`, or null. */
   near(number, apart) {
     for (let by = 0; by <= apart; by += 1) {
       for (const one of [number - by, number + by]) if (this.bitmaps.has(one)) return [one, this.bitmaps.get(one)];
@@ -28,7 +28,7 @@ export class Pictures {
     return null;
   }
 
-  /** Have these pictures come, the first one first; the first `late` ones only if they are there already. */
+  /** Request these pictures in order; the first `late` ones are used only if already fetched. */
   want(numbers, late) {
     Object.assign(this, { wanted: numbers, late });
     this.next();

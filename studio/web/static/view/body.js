@@ -1,4 +1,4 @@
-// Which of the mannequin's bodies this browser shows. The view's own part is `view_body.js`, which hears of another choice.
+// The mannequin's body that this browser shows. The part inside the view is `view_body.js`, which follows the choice.
 import { byId, h } from "../base/dom.js";
 import { canOperate } from "../base/role.js";
 import { number, t } from "../base/strings.js";
@@ -6,7 +6,7 @@ import { openRobot } from "../robots/robots.js";
 
 const KEPT = "body";
 
-/** Bodies to choose from, the usual one first. */
+/** Bodies to choose from, the default first. */
 export const BODIES = ["standard", "slim", "blocks"];
 
 /** The body that this browser shows. */
@@ -17,7 +17,7 @@ function chip(id, words, hint, pressed, onclick) {
 }
 
 /**
- * Return the choice of a character, for the menu of layers: a body, in this browser, or a robot, in all of them.
+ * Return the choice of a character for the menu of layers: a body, in this browser, or a robot, in all browsers.
  * `changed` is called after another body was chosen; `change` changes the view.
  */
 export function bodyChoice({ robots, robot, robot_strained: strained, robot_gave_way: times }, changed, change) {
@@ -38,7 +38,7 @@ export function bodyChoice({ robots, robot, robot_strained: strained, robot_gave
   return told.length ? h("div", {}, [choice, ...told]) : choice;
 }
 
-/** What is done with robots: the shown one is looked at, another one is added. */
+/** Return the buttons for robots: open the shown one, add another one. */
 function robotButtons(robot, change) {
   const button = (id, key, onclick) => h("button", { type: "button", id, class: "chip-button", title: t(`robot.${key}_hint`), onclick }, t(`robot.${key}`));
   return [
@@ -48,8 +48,8 @@ function robotButtons(robot, change) {
 }
 
 /**
- * A table of what is told of the replayed motion of a robot: of which joints it asks more torque than their limits
- * ("strain"), or when it gave way for that ("gave_way"). `cells` returns a row's name, and its numbers with their digits.
+ * Return a table about the replayed motion of a robot: which joints need more torque than their limits ("strain"), or
+ * when it gave way for that ("gave_way"). `cells` returns a row's name, and its numbers with their digits.
  */
 function robotTable(what, columns, rows, cells) {
   const several = new Set(rows.map((one) => one.performer)).size > 1;

@@ -1,4 +1,4 @@
-// Looks, `{position, target}` in the stage frame [m], that contain what there is to see; z is up.
+// Camera looks, `{position, target}` in the stage frame [m], that contain what is to be seen; z is up.
 
 const HALF = Math.tan((37 * Math.PI) / 180 / 2); // of the picture's height, at a distance of 1: as scene.py sets the angle
 const MARGIN = 1.08;
@@ -17,7 +17,7 @@ const scaled = (a, by) => a.map((x) => x * by);
 const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 const cross = ([a, b, c], [d, e, f]) => [b * f - c * e, c * d - a * f, a * e - b * d];
 
-/** Right, up and forward of a camera that looks back along `direction`. */
+/** Return right, up and forward of a camera that looks back along `direction`. */
 function axesTowards(direction) {
   const forward = scaled(direction, -1 / length(direction));
   const across = cross(forward, [0, 0, 1]);
@@ -25,15 +25,15 @@ function axesTowards(direction) {
   return [right, cross(right, forward), forward];
 }
 
-/** Where a picture of a height [px] shows a point of the stage: `{x, y}` from its middle, y down, and how many pixels a metre has
- * there; null behind the camera. */
+/** Project a point of the stage into a picture of a height [px]: `{x, y}` from its middle, y down, and `metre`, the pixels per
+ * metre there; null behind the camera. */
 export function project(point, { position, target }, height) {
   const [x, y, depth] = axesTowards(sub(position, target)).map((axis) => dot(sub(point, position), axis));
   const metre = height / (2 * HALF * depth);
   return depth > 0 ? { x: x * metre, y: -y * metre, metre } : null;
 }
 
-/** The nearest look from a direction, not straight from above, whose picture of width over height `aspect` contains all points. */
+/** Return the nearest look from a direction, not straight from above, whose picture of this `aspect` contains all points. */
 export function fit(points, direction, aspect, margin = MARGIN) {
   const axes = axesTowards(direction);
   const places = points.map((point) => axes.map((axis) => dot(point, axis)));
@@ -52,7 +52,7 @@ export function fit(points, direction, aspect, margin = MARGIN) {
 
 const bodies = (performers) => performers.flatMap(([x, y]) => PERFORMER.map((corner) => add(corner, [x, y, 0])));
 
-/** The middle of performers' places on the floor, `[x, y]` each; of nobody the middle of the stage. */
+/** Return the middle of performers' places on the floor, `[x, y]` each; without performers that of the stage. */
 export function middle(performers) {
   if (!performers.length) return [0, 0];
   return [0, 1].map((axis) => (Math.min(...performers.map((at) => at[axis])) + Math.max(...performers.map((at) => at[axis]))) / 2);
@@ -72,7 +72,7 @@ export function wholePerformers(performers, direction, aspect) {
   return fit(bodies(performers), steep ? MOTION_FROM : direction, aspect);
 }
 
-/** Another browser's look, from further away where this one's picture is narrower, so that it contains the other's. */
+/** Return another browser's look, from further away if this one's picture is narrower, so that it contains the other's. */
 export function widened({ position, target, aspect }, own) {
   const by = aspect / own > SAME_ASPECT ? aspect / own : 1;
   return { position: add(target, scaled(sub(position, target), by)), target };

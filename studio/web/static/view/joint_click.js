@@ -15,7 +15,7 @@ let down = null;
 let timer = 0;
 let before = Promise.resolve(); // clicks are answered in their order
 
-/** The joint nearest to a place in the view [px], and where it is; undefined where none is near. */
+/** Return the joint nearest to a place in the view [px], and where it is; undefined if none is near. */
 function nearestJoint(places, first, [x, y], look) {
   const { clientWidth: width, clientHeight: height } = byId("viewer");
   const seen = Object.entries(places).flatMap(([joint, place]) => {
@@ -38,8 +38,8 @@ function show({ joint, px: [x, y] }) {
 
 const isClick = (from, to) => from && to.button === 0 && Math.hypot(to.clientX - from.x, to.clientY - from.y) < STILL_PX;
 
-/** Begin: `frameNow` says which frame is shown, or null; `first` are the joints that are meant first; `chosen` hears of a joint,
- * and whether Shift was held. */
+/** Start; `frameNow` returns the shown frame, or null; `first`: joints that take precedence; `chosen` gets a joint, and whether
+ * Shift was held. */
 export function startJointClicks(frameNow, first, chosen) {
   byId("viewer").after(name);
   listenInside("pointerdown", ({ button, clientX: x, clientY: y }) => { down = button === 0 ? { x, y } : null; });

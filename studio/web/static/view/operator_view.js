@@ -1,5 +1,5 @@
-// Tells the server where this page looks from, as the operator's view, which other browsers can follow: of several pages of the
-// operator it takes the one that was moved last.
+// Reports this page's look to the server as the operator's view, which other browsers can follow: of several pages of the
+// operator the server takes the one that was moved last.
 import { deleteOperatorView, putOperatorView } from "../base/api.js";
 import { canOperate } from "../base/role.js";
 
@@ -9,10 +9,10 @@ const page = 1 + Math.floor(Math.random() * 2 ** 48); // two pages of the operat
 let next = null; // what the server is to be told
 let telling = false;
 
-/** Whether the operator's view is this page's, by its number. */
+/** Whether the operator's view is this page's, by page number. */
 export const isOperatorView = (number) => number === page;
 
-/** Tell where this page looks from; `moved`: the operator moved it. `heard` gets whether this is the operator's view now. */
+/** Report where this page looks from; `moved`: the operator moved it. `heard` gets whether this is the operator's view now. */
 export async function tellOperatorView({ position, target, aspect }, moved, heard) {
   if (!canOperate()) return;
   next = { page, position_m: position, target_m: target, aspect, moved: moved || Boolean(next?.moved) };
@@ -28,7 +28,7 @@ export async function tellOperatorView({ position, target, aspect }, moved, hear
   telling = false;
 }
 
-/** Tell that this page was closed: its view can be followed no longer. */
+/** Report that this page was closed: its view can no longer be followed. */
 export function closeOperatorView() {
   if (canOperate()) deleteOperatorView(page);
 }

@@ -1,4 +1,4 @@
-// Points of the depth cameras: their colour, a switch for each camera, and how much of them reaches this browser.
+// Points of the depth cameras: their colour, a switch for each camera, and how many of them reach this browser.
 import { byId, h, setText } from "../base/dom.js";
 import { number, t } from "../base/strings.js";
 
@@ -19,7 +19,7 @@ export function pointsChoice({ points, colours }, change) {
       () => change({ points: { cameras: { [name]: !shown } } }), `--camera: ${colours[name] ?? "currentColor"}`)));
 }
 
-/** Why there are no points, or not of every camera: sentences. */
+/** Return sentences on why there are no points, or not from every camera. */
 function reasons({ points }) {
   const replaying = document.body.classList.contains("replaying");
   if (points.problem) return [t(`points.${points.problem}`)];
@@ -28,7 +28,7 @@ function reasons({ points }) {
   return cameras.filter(([, { says }]) => says).map(([name, { says }]) => t(`points.${says}`, { camera: name }));
 }
 
-/** How many points are shown, and how often and how much of them comes [MB/s], of the last seconds. */
+/** Return how many points are shown, and their frame rate and data rate [MB/s] over the last seconds. */
 export function figures() {
   const points = Object.values(state.counts).reduce((sum, count) => sum + count, 0);
   state.batches = state.batches.filter(({ came }) => came > now() - KEPT_S);
@@ -49,13 +49,13 @@ function show() {
   said.title = t(document.body.classList.contains("replaying") ? "points.hint" : "points.hint_live");
 }
 
-/** Take in what the server says of the view. */
+/** Update to the server's state of the view. */
 export function updatePoints(view) {
   state.view = view;
   show();
 }
 
-/** Hear from the 3D view what comes. */
+/** Listen for points received by the 3D view. */
 export function startPoints() {
   window.addEventListener("message", ({ origin, data }) => {
     if (origin !== location.origin || data?.type !== "points") return;

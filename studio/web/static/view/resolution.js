@@ -1,4 +1,4 @@
-// Over the 3D view: that it is drawn with fewer pixels than the screen has, where there is no graphics card.
+// Notice over the 3D view that it is drawn with fewer pixels than the screen has, without a graphics card.
 import { byId, setText } from "../base/dom.js";
 import { number, t } from "../base/strings.js";
 
@@ -12,7 +12,7 @@ function show() {
   said.title = t("resolution.hint");
 }
 
-/** Hear from the 3D view how it is drawn. */
+/** Listen for the resolution of the 3D view. */
 export function startResolution() {
   window.addEventListener("message", ({ origin, data }) => {
     if (origin !== location.origin || data?.type !== "resolution") return;

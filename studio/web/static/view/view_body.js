@@ -1,5 +1,5 @@
-// Inside the 3D view, before its own program: of the mannequin's bodies this browser shows the one that is chosen in it. The
-// server sends the bones of the first body alone; here the chosen one gets them. Bodies are nodes `.../bodies/NAME`.
+// Inside the 3D view, before its own program: shows the mannequin's body that is chosen in this browser. The server sends the
+// bones of the first body only; here the chosen one gets them. Bodies are nodes `.../bodies/NAME`.
 (() => {
   const KEPT = "body"; // as body.js keeps it, for this browser
   const NODE = /^(.+\/bodies)\/(\w+)$/, SKIN = /^(.+\/bodies)\/(\w+)(\/\d+)$/;

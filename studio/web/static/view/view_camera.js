@@ -1,5 +1,5 @@
-// Inside the 3D view, before its own program: its camera is moved by the page, not by the server, and the page is told where
-// it is, whether the user moved it, and what the page needs to choose a viewpoint.
+// Inside the 3D view, before its own program: the page moves the camera, not the server, and gets reports of where it is,
+// whether the user moved it, and what the page needs to choose a viewpoint.
 (() => {
   const KEPT = "viewpoint"; // as viewpoint.js keeps it, for this tab
   const FRUSTUM = /^\/cameras\/.+\/frustum$/;
@@ -23,7 +23,7 @@
     if (camera && first.position && first.target) tell({ type: "camera", ...camera, first, byHand, order });
   }
 
-  /** Have the camera begin where this tab's was, and tell the page what is new in the scene. */
+  /** Let the camera begin where this tab's was, and report to the page what is new in the scene. */
   function hear({ data }) {
     const told = {};
     for (const message of data.type === "message_batch" ? data.messages : []) {
@@ -72,7 +72,7 @@
     tellCamera();
   });
 
-  /** Tell when the user holds the camera, and when it is at rest again. */
+  /** Report when the user holds the camera, and when it is at rest again. */
   function hold(lasting) {
     clearTimeout(rest);
     tell({ type: "holding", holding: true });

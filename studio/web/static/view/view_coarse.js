@@ -1,11 +1,11 @@
-// Inside the 3D view: bodies of a third of their triangles, for moving pictures of few pixels, whose time software spends on triangles.
-// Vertices of one bone that lie within a cell, on one side of the surface, become one of them, with its place, shade and bones.
+// Inside the 3D view: bodies with a third of their triangles, for moving pictures of few pixels, which cost software mostly triangles.
+// Vertices of one bone within a cell, on one side of the surface, are merged into one of them, with its place, shade and bones.
 (() => {
   const CELL_M = 0.04;
   const NEAR_M = 2.5; // a body that is nearer to the camera than this stays as it is
   const coarse = new WeakMap(), fine = new WeakMap(); // geometry by geometry
 
-  /** Draw the bodies of a scene that are seen from afar coarsely, or all as they are. */
+  /** Make a scene's distant bodies coarse if `mayBeCoarse`, and all others fine. */
   window.drawCoarsely = (scene, camera, mayBeCoarse) => scene.traverseVisible((body) => {
     if (!body.isSkinnedMesh) return;
     const isCoarse = mayBeCoarse && distance(camera, body.skeleton.bones[0]) > NEAR_M, { geometry } = body;
@@ -34,7 +34,7 @@
     return made;
   }
 
-  /** For each vertex the one that stands for its cell. */
+  /** Return for each vertex the one that represents its cell. */
   function neighbours({ position, normal, skinIndex, skinWeight }) {
     const chosen = new Map(), near = new Uint32Array(position.count);
     for (let i = 0; i < position.count; i += 1) {

@@ -1,5 +1,5 @@
-// Inside the 3D view, before its own program: where WebGL is drawn by software, a picture is begun once the last one is there.
-// Else pictures queue up: the view shows ever older ones, and at last stands still, with the page, for seconds.
+// Inside the 3D view, before its own program: where WebGL is drawn by software, a picture is begun once the last one is done.
+// Otherwise pictures queue up: the view lags more and more, and finally freezes for seconds, with the page.
 (() => {
   const animate = window.requestAnimationFrame.bind(window);
   let calls = new Map(); // for the next picture, by their ids
@@ -39,7 +39,7 @@
     return false;
   }
 
-  /** Note where a picture was begun. */
+  /** Set a fence if a picture was begun. */
   function noteBegun() {
     const renderer = drawnBySoftware()?.renderer;
     if (!renderer || renderer.info.render.frame === begun) return;

@@ -1,6 +1,6 @@
 // Inside the 3D view, before its own program: where WebGL is drawn by software, the picture has fewer pixels while something
-// moves, as many as keep it fluent, and more than the screen at rest, which smooths its edges. With a graphics card nothing is
-// changed here. Multisampling, by which the view smooths edges otherwise, costs software as much as the picture itself.
+// moves, as many as keep it fluent, and more than the screen at rest, which smooths its edges. With a graphics card nothing
+// changes. Multisampling, which otherwise smooths the view's edges, costs software as much as the picture itself.
 // `view_pace.js` and `view_coarse.js` save more where WebGL is drawn by software.
 (() => {
   const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
@@ -72,7 +72,7 @@
     view.renderer.render(view.scene, view.camera); // at once: a canvas of another size is empty
   }
 
-  /** Have lines of a grid be as dark as ever: their shader counts pixels of the picture. */
+  /** Keep the lines of a grid equally dark: their shader counts pixels of the picture. */
   function drawLines(material, scale) {
     if (!thickness.has(material)) thickness.set(material, LINES.map((name) => material.uniforms[name].value));
     LINES.forEach((name, i) => { material.uniforms[name].value = thickness.get(material)[i] * Math.sqrt(scale); });
@@ -83,7 +83,7 @@
     counted = drawnBySoftware()?.renderer.info.render.frame ?? 0;
   }
 
-  /** Choose the resolution by how many pictures were drawn in the window that ends. */
+  /** Choose the resolution by the number of pictures drawn in the window that ends. */
   function judge() {
     const view = drawnBySoftware();
     if (!view || document.hidden) return;

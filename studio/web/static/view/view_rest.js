@@ -1,5 +1,5 @@
 // Inside the 3D view, before its own program: nothing is drawn while nothing changes. Its program draws after each message and
-// once in a second besides, for what changes without asking for it; where there is no graphics card that keeps a processor busy.
+// also once a second, for changes that request no drawing; without a graphics card that keeps a processor busy.
 (() => {
   const BEAT = "/beat"; // the node that moves twice a second, whatever is shown: only the page is told
   const HEARTBEAT_MS = 1000; // the interval in which viser draws in any case

@@ -1,5 +1,5 @@
-// Inside the 3D view, before its own program: tells the page when a pose came by the WebSocket and when it was shown, that
-// its picture is of now, and that its link has ended.
+// Inside the 3D view, before its own program: reports to the page when a pose came by the WebSocket and when it was shown,
+// that its picture is current, and that its link has ended.
 (() => {
   const CLOCK = "/clock"; // the node whose position is [captured, drawn, 0], s on the server's clock
   const BEAT = "/beat"; // the node that moves twice a second, whatever is shown
@@ -7,7 +7,7 @@
   const now = () => (performance.timeOrigin + performance.now()) / 1000;
   const tell = (message) => parent.postMessage(message, location.origin);
 
-  // Runs in the view's worker, which has its WebSocket: notes when a message came, and says it with what it became.
+  // Runs in the view's worker, which has its WebSocket: notes when a message came, and adds that to the decoded message.
   function noteArrivals() {
     const arrivals = [];
     self.WebSocket = class extends WebSocket {
@@ -27,11 +27,11 @@
   const script = (text) => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
   const before = script(`(${noteArrivals})();`);
 
-  // viser connects again only while the focus lies within its frame, which on this page it seldom does, and then fails on
-  // what is left of its scene: it never shall, the page loads it anew once the server answers.
+  // viser reconnects only while its frame has the focus, which is rare on this page, and then fails on the rest of its
+  // scene. Here it never reconnects: the page reloads it once the server answers.
   document.hasFocus = () => false;
 
-  // Tell what a message brought of points: by camera how many it has now (0: none any more), and how many bytes came.
+  // Report the points in a message: by camera how many it has now (0: none any more), and how many bytes arrived.
   function tellPoints({ messages, came }) {
     const counts = {};
     let bytes = 0;

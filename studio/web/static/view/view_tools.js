@@ -42,7 +42,7 @@ function trail(name, chosen) {
 
 const trails = (chosen) => h("div", { class: "trails", role: "group", aria: { label: t("view.trails") } }, TRAILS.map((name) => trail(name, chosen)));
 
-/** Show where this browser looks from, and whether it follows the operator's view; what is the operator's view follows no other. */
+/** Show where this browser looks from, and whether it follows the operator's view; the operator's view itself follows no other. */
 function updateViewpoint() {
   const { place: chosen, following, source, known, operator } = viewpoint();
   redraw(byId("view-places"), [chosen], () => PLACES.map((name) => place(name, chosen)));
@@ -53,7 +53,7 @@ function updateViewpoint() {
   button.title = t(operator || following ? `${key}_hint` : "view.no_operator");
 }
 
-/** Show what the server says of all browsers' views: layers and trails; and this browser's body. */
+/** Show what all browsers' views share (layers and trails) and this browser's body. */
 export function updateView(view) {
   updatePoints(view);
   redraw(byId("layers"), [view.layers, view.trails, view.points, view.colours, view.robots, view.robot, view.robot_strained, view.robot_gave_way, shownBody()], () => [
@@ -64,7 +64,7 @@ export function updateView(view) {
   ].filter(Boolean));
 }
 
-/** Begin to look; have the menu of layers close when something else is clicked, or Escape is pressed. */
+/** Start; the menu of layers closes when something else is clicked, or Escape is pressed. */
 export function startViewTools() {
   startViewpoint(updateViewpoint);
   byId("view-operator").addEventListener("click", () => followOperator(!viewpoint().following));

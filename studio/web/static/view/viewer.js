@@ -8,7 +8,7 @@ export function setNotice(text) {
   if (text) setText(notice, text);
 }
 
-/** Say over the picture that it is not of now, and grey it; nothing where it is. */
+/** Show over the picture that it is out of date, and grey it; "" if it is current. */
 export function setStale(text) {
   byId("viewer").closest(".viewport").classList.toggle("stale", Boolean(text));
   byId("view-tools").inert = Boolean(text);
@@ -18,8 +18,8 @@ export function setStale(text) {
 /** Whether a key belongs to a field that is being filled in. */
 export const inTextField = (event) => Boolean(event.target.closest?.("input[type=text], input[type=number], input[type=password], input[type=search], textarea, select, [contenteditable]"));
 
-/** Call `use` with the window of the 3D view, also after it was loaded anew; not with that of a browser's own page, which stands there
- * while the server is away. */
+/** Call `use` with the window of the 3D view, also after a reload; not with that of a browser's own page, which is shown while the
+ * server is away. */
 export function insideView(use) {
   const frame = byId("viewer");
   const loaded = () => { if (frame.contentDocument) use(frame.contentWindow); };

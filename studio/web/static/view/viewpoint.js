@@ -1,11 +1,11 @@
-// Where this browser's 3D view looks from: a place, by hand, or where the operator's view looks from. It is this tab's own, over
-// a reload and another start of the server. The view's own part is `view_camera.js`.
+// Where this browser's 3D view looks from: a place, by hand, or where the operator's view looks from. Each tab keeps its own, over
+// a reload and a restart of the server. The part inside the view is `view_camera.js`.
 import { getSpace } from "../base/api.js";
 import { byId } from "../base/dom.js";
 import { add, length, middle, sub, turned, wholeMotion, wholePerformers, wholeStage, widened } from "./framing.js";
 import { closeOperatorView, isOperatorView, tellOperatorView } from "./operator_view.js";
 
-/** Places that go on until another one is chosen. */
+/** Places that move the camera until another one is chosen. */
 export const GOING = ["orbit", "follow"];
 
 const KEPT = "viewpoint";
@@ -18,10 +18,9 @@ const WIDER_M = 0.25; // performers who come together or part by more are fitted
 const SAME_M = 0.002, FAR_M = 0.01, SAME_ASPECT = 0.02;
 const TRIES = 5; // the view sets its own first look a moment after it has begun
 
-// Kept: `place`; `look`; `following` the operator's view; whether this is the operator's view itself (`source`); the replayed
-// `take`; `at`, where the middle of the performers was when the camera last went along, and `wide`, how far they stood apart when
-// they were last fitted into the picture; `fitted`, what the whole stage or motion was when it was
-// last fitted into the picture, and the picture's shape.
+// Kept: `place`; `look`; `following`: the operator's view is followed; `source`: this is the operator's view itself; `take`: the
+// replayed one; `at`: the middle of the performers when the camera last followed them; `wide`: how far they stood apart when they
+// were last fitted into the picture; `fitted`: the stage or motion that was last fitted into the picture, and the picture's shape.
 const state = { place: "stage", look: null, following: false, source: false, take: "", at: null, wide: 0, fitted: null, ...JSON.parse(sessionStorage.getItem(KEPT) ?? "{}") };
 const seen = { aspect: 1, cameras: new Map(), places: new Map(), operator: null, points: null }; // as the view and the server say
 const link = { ready: false, known: false, order: 0, chosen: 0, tries: 0, holding: false }; // with the view; `known`: the server said who asks
@@ -29,7 +28,7 @@ let asked = null; // the take whose motion was asked for
 let turnedAt = 0;
 let changed = () => {};
 
-/** What the page shows of it: the place, whether the operator's view is followed, is this one, or is there at all. */
+/** State that the page shows: the place, and whether the operator's view is followed, is this one, or exists at all. */
 export const viewpoint = () => ({ place: state.place, following: state.following, source: state.source, known: link.known, operator: Boolean(seen.operator) });
 
 /** Where this browser looks from, `{position, target}`; null before the view is there. */
@@ -53,7 +52,7 @@ function move({ position, target }, moved = false) {
   publish(moved);
 }
 
-/** Tell the server where this page looks from, where that may be the operator's view. */
+/** Report to the server where this page looks from, if that may be the operator's view. */
 function publish(moved) {
   if (!link.known || !state.look || state.following || !(moved || state.source || !seen.operator)) return;
   tellOperatorView({ ...state.look, aspect: seen.aspect }, moved, setSource);
@@ -67,11 +66,11 @@ function setSource(source) {
 
 const performers = () => [...seen.places.values()];
 const centre = () => [...middle(performers()), LOOK_HEIGHT];
-/** How far performers stand from their middle. */
+/** Largest distance of a performer from their middle [m]. */
 const width = () => Math.max(0, ...performers().map((place) => length(sub(place, middle(performers())))));
 const sameShape = (a, b) => Math.max(a / b, b / a) - 1 < SAME_ASPECT;
 
-/** Have all that is looked at be in the picture, anew where that or the picture's shape is another by now. */
+/** Fit all that is looked at into the picture, again if that or the picture's shape has changed. */
 function frame(moved = false, anyway = moved) {
   const motion = state.place === "motion";
   if (!link.ready || state.following || !(motion || state.place === "stage")) return;
@@ -112,7 +111,7 @@ function copyOperator() {
   if (apart(wanted, state.look) > 0) move(wanted);
 }
 
-/** Look from a place; one of `GOING` ends where it is chosen again. */
+/** Look from a place; one of `GOING` ends when it is chosen again. */
 export function lookFrom(name) {
   if (name === "motion" && !seen.points) return;
   const place = GOING.includes(name) && state.place === name ? "free" : name;
@@ -126,7 +125,7 @@ export function lookFrom(name) {
   link.chosen = link.order;
 }
 
-/** Look from where the operator's view does, or no longer; until the user looks elsewhere. */
+/** Follow the operator's view, or stop; it also ends when the user looks elsewhere. */
 export function followOperator(following) {
   Object.assign(state, { following, place: "free", at: null });
   keep();
@@ -134,10 +133,10 @@ export function followOperator(following) {
   link.chosen = link.order;
 }
 
-/** Whether a camera that the user moved is what is wanted: not one of before a choice, or that the performer was followed from. */
+/** Whether a camera move by the user counts: not one from before a choice, nor, when following, from before the last look. */
 const isWanted = (order) => (state.place === "follow" ? order === link.order : order >= link.chosen);
 
-/** The view said where its camera is; `first` is the look that it begins with. */
+/** Handle the view's report of its camera; `first`: the look that it begins with. */
 function hearCamera({ position, target, aspect, byHand, order, first }) {
   seen.aspect = aspect || seen.aspect;
   const now = { position, target };
@@ -217,14 +216,14 @@ export async function seeReplay(replay) {
   goAlong();
 }
 
-/** The server is there (again), and has said who asks. */
+/** The server is there (again), and has reported this browser's role. */
 export function announce() {
   link.known = true;
   publish(state.source);
   changed();
 }
 
-/** Begin; `onChange` hears that `viewpoint()` may be another. */
+/** Start; `onChange` is called when `viewpoint()` may have changed. */
 export function startViewpoint(onChange) {
   changed = onChange;
   window.addEventListener("message", hear);

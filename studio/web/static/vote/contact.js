@@ -18,7 +18,7 @@ function spot() {
   return new THREE.CanvasTexture(canvas);
 }
 
-/** Heights of the skeleton's joints where its body stands, by name. */
+/** Return the heights of the skeleton's joints in the bind pose, by name. */
 function standing(root) {
   const heights = {};
   root.traverse(({ skeleton }) => skeleton?.bones.forEach((bone, i) => {
@@ -43,7 +43,7 @@ export class ContactShadows {
     this.place = new THREE.Vector3();
   }
 
-  /** Bring the spots to where the joints are now. */
+  /** Move the spots to where the joints are now. */
   draw() {
     for (const { joint, height, mesh } of this.spots) {
       const { x, y, z } = joint.getWorldPosition(this.place);

@@ -48,7 +48,7 @@ class Stage {
 }
 
 export class Players {
-  /** Return players of GLB files, one per canvas, playing; `listen(share, playing, seconds, duration)` hears where they are. */
+  /** Return players of GLB files, one per canvas, playing; `listen(share, playing, seconds, duration)` gets their position. */
   static async open(canvases, files, listen) {
     const loader = new GLTFLoader();
     const loaded = await Promise.all(files.map((file) => loader.parseAsync(file, "")));
@@ -99,7 +99,7 @@ export class Players {
     requestAnimationFrame((next) => this.step(next));
   }
 
-  /** Whether the picture is another one than the last: while nothing moves, a phone rests. */
+  /** Whether the picture differs from the last one: while nothing moves, a phone rests. */
   changes() {
     const { position, quaternion } = this.camera;
     const sizes = this.stages.flatMap(({ canvas }) => [canvas.clientWidth, canvas.clientHeight]);
@@ -116,7 +116,7 @@ export class Players {
     document.body.dataset.drawn = String(this.drawn);
   }
 
-  /** Go on by so much time [s]: round and round, or up to the end. */
+  /** Advance by a time [s]: in a loop, or up to the end. */
   advance(seconds) {
     const next = this.seconds + seconds;
     if (next >= this.duration && !this.loop) this.playing = false;
@@ -132,7 +132,7 @@ export class Players {
     if (this.timed > 0 && took > SLOW_MS) this.ratio = Math.max(this.ratio * 0.8, MIN_RATIO);
   }
 
-  /** Go along with the middle between the performers, so that none walks out of the picture. */
+  /** Follow the middle between the performers, so that none walks out of the picture. */
   follow() {
     const middle = this.middle();
     const shift = middle.clone().sub(this.target);

@@ -28,7 +28,7 @@ function showPlaying(playing) {
   name("play", playing ? "shared.pause" : "shared.play");
 }
 
-/** Show where the player is; only what differs is touched. */
+/** Return a listener that shows where the player is. */
 function listener() {
   let shown = null;
   const begins = Number(document.body.dataset.begins); // a part counts on the clock of the whole performance
@@ -78,7 +78,7 @@ function label() {
   showPlaying(true); // as it begins; the first picture may take a while
 }
 
-/** Begin with the motion, a GLB file. */
+/** Start with the motion, a GLB file. */
 export async function start(motion) {
   label();
   byId("words").textContent = t("shared.loading");

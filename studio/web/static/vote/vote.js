@@ -1,5 +1,5 @@
-// The voters' page: join, see the pairs in one's own order, choose, change, go on after a reload. No name of what is
-// compared ever comes here.
+// The voters' page: join, see the pairs in one's own order, choose, change, continue after a reload. The names of what is
+// compared never reach it.
 import { h } from "../base/dom.js";
 import { hear, said } from "../base/said.js";
 import { t } from "../base/strings.js";
@@ -23,7 +23,7 @@ class Refused extends Error {
   }
 }
 
-/** Ask the server; a connection that drops is tried again until it is there: votes may be sent twice. */
+/** Send a request; a dropped connection is retried until it works: votes may be sent twice. */
 async function ask(method, path, body, read = "json") {
   for (;;) {
     let response;
@@ -109,7 +109,7 @@ function markChoice(choice) {
   if (byId("next")) byId("next").disabled = !choice;
 }
 
-/** Votes go out one after the other, so that the last word counts. */
+/** Votes are sent one after the other, so that the last one counts. */
 const inTurn = turns();
 let saving;
 const wanted = new Map();

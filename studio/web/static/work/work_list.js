@@ -1,4 +1,4 @@
-// The list of the server's work: what runs, waits and has ended, how long it still takes, and how it is cancelled.
+// The list of the server's jobs: running, waiting and ended ones, their remaining time, and how to cancel them.
 import { cancelJob, clearJobs, exportAddress, reportAddress } from "../base/api.js";
 import { byId, clock, h, redraw, setText } from "../base/dom.js";
 import { isUnderWay } from "../base/jobs.js";
@@ -16,7 +16,7 @@ const titleOf = (job) => t(`work.kind.${job.kind}`, { name: job.name });
 const whatOf = (job) => (job.take ? `${titleOf(job)}, ${job.take}` : titleOf(job));
 const minutes = (seconds) => clock(seconds).split(".")[0];
 
-/** Previews and what a newer one replaced say nothing once they have ended. */
+/** Whether a job is listed: drafts and replaced jobs are not, once they have ended. */
 const isListed = (job) => isUnderWay(job) || (job.state !== "replaced" && job.kind !== "draft");
 
 function stateOf(job) {
@@ -34,7 +34,7 @@ function endOf(job) {
 
 const link = (text, label, href, props = {}) => h("a", { class: "button small", href, aria: { label }, ...props }, text);
 
-/** What can be done with what a job has made. */
+/** Return the control for what a job has made, or null. */
 function fruitOf(job) {
   const show = (solve) => h("button", {
     class: "small", type: "button", aria: { label: t("work.show_label", { name: `${job.take} ${solve}` }) }, onclick: () => open(job.take, solve),
@@ -80,7 +80,7 @@ function build(jobs) {
   return sections.length ? sections : [h("section", { class: "panel" }, h("p", { class: "empty" }, t("work.none")))];
 }
 
-/** Show beside the button how much is under way, or how much has failed since the list was looked at. */
+/** Show next to the button how many jobs are under way, or that some have failed since the list was looked at. */
 function showCount(jobs) {
   const going = jobs.filter(isUnderWay).length;
   const failed = jobs.filter((job) => job.state === "failed");
@@ -118,7 +118,7 @@ export function toggleWorkList(wanted = !isOpen()) {
   if (wanted) byId("work").scrollIntoView({ block: "start" });
 }
 
-/** Take in the server's jobs, null where they are not known, and the takes. */
+/** Set the server's jobs, null if unknown, and the takes. */
 export function updateWorkList(jobs, takes) {
   Object.assign(list, { jobs, takes });
   show();

@@ -1,10 +1,10 @@
-// The video of this phone's camera: recorded during takes where that is wanted, kept, and brought to the studio between takes.
+// The video of this phone's camera: recorded during takes if wanted, stored, and sent to the studio between takes.
 import { VideoRecorder } from "./recorder.js";
 import { VideoSender } from "./sender.js";
 import { VideoStore } from "./store.js";
 
 export class Footage {
-  /** `changed(problem)` hears why nothing is recorded ("": nothing is wrong), and of every part that was brought. */
+  /** `changed(problem)` gets why nothing is recorded ("": no problem); it is also called after every part that was sent. */
   constructor(link, token, changed) {
     this.link = link;
     this.changed = changed;
@@ -15,7 +15,7 @@ export class Footage {
     this.flipped = null;
   }
 
-  /** Read what earlier starts of the page left, and begin to bring it. */
+  /** Read what earlier starts of the page left, and begin to send it. */
   async open() {
     try {
       await this.store.open();
@@ -28,7 +28,7 @@ export class Footage {
   /** Whether the studio asks all phones for video. */
   get asked() { return this.sender?.asked ?? false; }
 
-  /** Parts that the studio does not have yet. */
+  /** Number of parts that the studio does not have yet. */
   get owed() { return this.store.parts.size; }
 
   #fail(problem) {
@@ -38,8 +38,8 @@ export class Footage {
 
   #maySend({ id }) { return this.link.welcomed && !this.link.keeper.recording && !this.recorder.isOpen(id); }
 
-  /** A picture of the camera, as `video` shows it, of this time; recorded where `wanted` or asked for, while a take is.
-   * `sequence`: number of the next frame of landmarks; `mirrored`: it is turned back, as the landmarks are. */
+  /** Handle the picture that `video` shows, captured at `time_ns`: during a take it is recorded if `wanted` or `asked`.
+   * `sequence`: number of the next frame of landmarks; `mirrored`: it is mirrored back, as the landmarks are. */
   frame(video, time_ns, { wanted, sequence, mirrored, rate }) {
     const { active, hello } = this.link.keeper;
     if (!this.store.database || !(wanted || this.asked) || !active) {
@@ -60,7 +60,7 @@ export class Footage {
     return this.flipped;
   }
 
-  /** Write what is recorded by now: the page may be closed next. */
+  /** Write what is recorded so far, as the page may be closed next. */
   write() { this.recorder.write(); }
 
   end() {

@@ -1,7 +1,7 @@
-// IVF: the container of a recorded part, a header and one record a frame, with its time since the part's first [microsecond].
+// IVF, the container of a recorded part: a header and one record per frame, with its time since the part's first [µs].
 const HEAD = 32, RECORD = 12;
 
-/** Return the head of a file of pictures of this size; `fourcc`: of the codec. */
+/** Return the file header for pictures of this size; `fourcc`: of the codec. */
 export function ivfHead(fourcc, width, height) {
   const data = new Uint8Array(HEAD), view = new DataView(data.buffer);
   data.set(new TextEncoder().encode(`DKIF\0\0\0\0${fourcc}`));

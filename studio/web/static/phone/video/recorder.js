@@ -1,5 +1,5 @@
-// Records the pictures of a phone's camera during takes, by the browser's own encoder. Every picture keeps the time that its
-// landmarks have, so that both are in step without an offset between them.
+// Records the pictures of a phone's camera during takes, with the browser's own encoder. Every picture keeps the time of its
+// landmarks, so that both are in step without an offset.
 import { ivfFrame } from "./ivf.js";
 
 const PART_US = 20_000_000, PIECE_US = 1_000_000, KEY_US = 2_000_000;
@@ -21,7 +21,7 @@ async function codecFor(width, height, rate) {
 }
 
 export class VideoRecorder {
-  /** `changed(problem)` hears why nothing is recorded: "", "full" or "codec". */
+  /** `changed(problem)` gets why nothing is recorded: "", "full" or "codec". */
   constructor(store, changed) {
     Object.assign(this, { store, changed });
     this.origin = null; // {take_id, name, boot_id, from_sequence} of what is recorded
@@ -34,7 +34,7 @@ export class VideoRecorder {
     this.count = 0;
   }
 
-  /** Whether a part is still being recorded: it is not to be sent. */
+  /** Whether a part is still being recorded and must not be sent. */
   isOpen(id) { return id === this.part?.id || id === this.closing; }
 
   begin(origin) {
@@ -54,7 +54,7 @@ export class VideoRecorder {
     this.changed(problem);
   }
 
-  /** Take in a picture: `source` as it is shown, of `width` x `height`, `time_ns` of its capture; `rate` a second. */
+  /** Record a picture: `source` as shown, of `width` x `height`; `time_ns`: of its capture; `rate`: pictures per second. */
   async picture(source, width, height, time_ns, rate) {
     if (!this.origin || this.problem || this.busy) return;
     const size = [width & ~1, height & ~1], since_us = this.part && this.part.first_ns !== null ? Math.round((time_ns - this.part.first_ns) / 1000) : 0;
@@ -144,6 +144,6 @@ export class VideoRecorder {
     if (this.closing === part.id) this.closing = null;
   }
 
-  /** Write what is encoded by now: the page may be closed next. */
+  /** Write what is encoded so far, as the page may be closed next. */
   write() { if (this.part) this.#write(this.part, this.part.last_us); }
 }

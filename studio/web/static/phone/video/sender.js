@@ -1,4 +1,4 @@
-// Brings recorded parts to the server by HTTP, between takes and at a part of the link's speed (docs/protocol.md, "Video").
+// Sends recorded parts to the server by HTTP, between takes and at a fraction of the link's speed (docs/protocol.md, "Video").
 import { ivfHead } from "./ivf.js";
 
 const PIECE_BYTES = 256 << 10, RETRY_MS = 5000, REST = 3;
@@ -8,8 +8,8 @@ const wait = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
 const hex = (bytes) => [...new Uint8Array(bytes)].map((one) => one.toString(16).padStart(2, "0")).join("");
 
 export class VideoSender {
-  /** `maySend(part)`: whether it is the time to send this part; `changed()`: another part is at the server, or is not wanted, or
-   * the studio asks for video (`asked`), or no longer. */
+  /** `maySend(part)`: whether this part may be sent now; `changed()` is called when another part is on the server or not wanted,
+   * and when the studio starts or stops asking for video (`asked`). */
   constructor(store, token, maySend, changed) {
     Object.assign(this, { store, maySend, changed, asked: false });
     this.headers = token ? { Authorization: `Bearer ${token}` } : {};
@@ -34,7 +34,7 @@ export class VideoSender {
     }
   }
 
-  /** Hear whether the studio asks all phones for video. */
+  /** Find out whether the studio asks all phones for video. */
   async #hear() {
     const { keep } = await this.#ask("GET", "", "application/json");
     if (keep === this.asked) return;

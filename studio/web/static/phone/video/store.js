@@ -1,5 +1,5 @@
 // The videos of takes in the browser's database until the server has them: parts of some seconds, each made of pieces, so that
-// of a page that was closed or killed only the last second is lost.
+// only the last second is lost if the page is closed or killed.
 const DATABASE = "capture-studio-video", PARTS = "parts", PIECES = "pieces";
 const SPARE = 256 << 20; // bytes of the phone's storage that are left alone
 const LEFT_MS = 30 * 24 * 3600 * 1000; // parts of takes that no server knows are deleted after so long
@@ -12,13 +12,13 @@ const done = (request) => new Promise((resolve, reject) => {
 const ofPart = (id) => IDBKeyRange.bound([id, 0], [id, Infinity]);
 
 export class VideoStore {
-  /** `most`: bytes that are kept; `failed(error)`: the browser could not write. */
+  /** `most`: maximum of kept bytes; `failed(error)` is called when the browser could not write. */
   constructor(failed, most = 4 * 2 ** 30) {
     Object.assign(this, { failed, most, database: null });
     this.parts = new Map(); // id -> {id, take_id, name, boot_id, from_sequence, fourcc, width, height, at, bytes}
   }
 
-  /** Read what earlier starts left. Rejects where there is no database (a private window). */
+  /** Read what earlier starts left. Rejects without a database (a private window). */
   async open() {
     const request = indexedDB.open(DATABASE, 1);
     request.onupgradeneeded = () => {
@@ -41,7 +41,7 @@ export class VideoStore {
     return this.bytes < this.most && quota - usage > SPARE;
   }
 
-  /** Add a piece to a part, which its first piece begins: `data` as bytes, `times_ns` of its frames. */
+  /** Add a piece to a part; the first piece begins it. `data`: bytes, `times_ns`: of its frames. */
   append(part, number, data, times_ns) {
     part.bytes += data.length;
     this.parts.set(part.id, part);
@@ -51,7 +51,7 @@ export class VideoStore {
     });
   }
 
-  /** Return a part's bytes, without the head of the file, and the times of its frames. */
+  /** Return a part's bytes, without the file header, and the times of its frames. */
   async read(id) {
     const pieces = await done(this.database.transaction(PIECES).objectStore(PIECES).getAll(ofPart(id)));
     return { data: pieces.map(({ data }) => data), times_ns: pieces.flatMap(({ times_ns }) => times_ns) };
