@@ -133,7 +133,7 @@ def _swung(rotation: Array, rest: Array, now: Array) -> Array:
 
 def _between(first: Array, second: Array, share: float) -> Array:
     """Rotations interpolated from the first to the second, shape (F, 3, 3)."""
-    way = Rotation.from_matrix(np.swapaxes(first, -1, -2) @ second).as_rotvec()
+    way = Rotation.from_matrix(np.swapaxes(first, -1, -2) @ second, assume_valid=True).as_rotvec()
     return first @ Rotation.from_rotvec(share * way).as_matrix()
 
 

@@ -68,6 +68,6 @@ def _bent_hands(mesh: BodyMesh) -> tuple[Array, Array]:
         for i, (_, sign) in enumerate(SIDES):
             axes = hand_axes(sign)
             turned = (axes @ rotations @ axes.T).reshape(-1, 3, 3)
-            turns[i, step] = Rotation.from_matrix(turned).as_quat(scalar_first=True)
+            turns[i, step] = Rotation.from_matrix(turned, assume_valid=True).as_quat(scalar_first=True)
             roots[i, step] = places.reshape(-1, 3) @ axes.T
     return turns, roots

@@ -154,12 +154,12 @@ def _looking(rotations: Array, looks: Array) -> Array:
     out = rotations.copy()
     head, neck = BONE["head"], BONE["neck"]
     out[:, head] = rotations[:, head] @ looks
-    half = Rotation.from_rotvec(0.5 * Rotation.from_matrix(looks).as_rotvec()).as_matrix()
+    half = Rotation.from_rotvec(0.5 * Rotation.from_matrix(looks, assume_valid=True).as_rotvec()).as_matrix()
     out[:, neck] = rotations[:, neck] @ half
     return out
 
 
 def _steady(rotations: Array) -> Array:
     """Quaternions wxyz, shape (F, B, 4), with signs continuous over time."""
-    flat = Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_quat(scalar_first=True)
+    flat = Rotation.from_matrix(rotations.reshape(-1, 3, 3), assume_valid=True).as_quat(scalar_first=True)
     return continuous_signs(flat.reshape(*rotations.shape[:2], 4))

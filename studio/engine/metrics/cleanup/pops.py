@@ -115,15 +115,15 @@ def _turned_deg(
         return out
     frames, columns = suspects[:, 0] + reach, suspects[:, 1]
     before, after = (
-        Rotation.from_matrix(rotations[frames + step, columns])
+        Rotation.from_matrix(rotations[frames + step, columns], assume_valid=True)
         for step in (steps[steps < 0].max(), steps[steps > 0].min())
     )
     between = before * Rotation.from_rotvec(0.5 * (before.inv() * after).as_rotvec())
     predicted = np.zeros((len(frames), 3))
     for step, weight in zip(steps, weights, strict=True):
-        there = Rotation.from_matrix(rotations[frames + step, columns])
+        there = Rotation.from_matrix(rotations[frames + step, columns], assume_valid=True)
         predicted += weight * (between.inv() * there).as_rotvec()
-    middle = Rotation.from_matrix(rotations[frames, columns])
+    middle = Rotation.from_matrix(rotations[frames, columns], assume_valid=True)
     difference = (between * Rotation.from_rotvec(predicted)).inv() * middle
     out[frames, columns] = np.degrees(difference.magnitude())
     return out

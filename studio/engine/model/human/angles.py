@@ -86,13 +86,13 @@ def configuration_of(
     low, high = np.append(humanoid.range_rad, [[0.0, 0.0]], axis=0).T  # a missing hinge stays at 0
     angles = np.zeros(len(low))
     for group in _GROUPS:
-        both = _both_triples(group, Rotation.from_matrix(local[group.bodies]))
+        both = _both_triples(group, Rotation.from_matrix(local[group.bodies], assume_valid=True))
         excess = np.maximum(low[group.hinges] - both, 0.0) + np.maximum(both - high[group.hinges], 0.0)
         nearer = excess.sum(axis=2).argmin(axis=0)
         angles[group.hinges] = both[nearer, np.arange(len(group.bodies))]
     q = np.empty(humanoid.model.nq)
     q[:3] = hips
-    q[3:7] = Rotation.from_matrix(rotations[0]).as_quat(scalar_first=True)
+    q[3:7] = Rotation.from_matrix(rotations[0], assume_valid=True).as_quat(scalar_first=True)
     q[7:] = np.clip(angles[:-1], *humanoid.range_rad.T) if limited else angles[:-1]
     mujoco.mj_normalizeQuat(humanoid.model, q)
     return q

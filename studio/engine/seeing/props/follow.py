@@ -155,7 +155,7 @@ class _Follower:
     def _take(self, time_s: float, pose: PropPose, guess: PropPose, dt: float) -> PropPose:
         """Adopt a pose, and update the velocities with it."""
         speed = guess.speed_m_s + _KEPT * (pose.place_m - guess.place_m) / dt
-        turned = Rotation.from_matrix(pose.turn @ guess.turn.T).as_rotvec()
+        turned = Rotation.from_matrix(pose.turn @ guess.turn.T, assume_valid=True).as_rotvec()
         spin = guess.spin_rad_s + _KEPT * turned / dt
         self._pose = PropPose(
             pose.place_m, pose.turn, _at_most(speed, _FASTEST_M_S), _at_most(spin, _FASTEST_RAD_S)

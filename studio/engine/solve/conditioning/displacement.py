@@ -130,7 +130,8 @@ class DisplacementLimitAfter:
 
     def _turn(self, local: NDArray[np.float64]) -> NDArray[np.float64]:
         """Rotation vectors since the last frame [rad], shape (52, 3)."""
-        return Rotation.from_matrix(np.einsum("jba,jbc->jac", self.last_local, local)).as_rotvec()
+        step = np.einsum("jba,jbc->jac", self.last_local, local)
+        return Rotation.from_matrix(step, assume_valid=True).as_rotvec()
 
     def _allowed(self, turn: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
         return np.minimum(1.0, self._max_rad_s * dt / np.maximum(np.linalg.norm(turn, axis=1), 1e-9))

@@ -66,7 +66,7 @@ def _limb(
 
 def _between(a: NDArray[np.float64], b: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     """The rotation between two others, at a share of the way."""
-    turn = Rotation.from_matrix(a.T @ b).as_rotvec()
+    turn = Rotation.from_matrix(a.T @ b, assume_valid=True).as_rotvec()
     return a @ Rotation.from_rotvec(share * turn).as_matrix()
 
 
