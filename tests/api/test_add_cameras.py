@@ -96,6 +96,7 @@ def wait(condition: Callable[[], object], timeout_s: float = 60.0) -> None:
         time.sleep(0.1)
 
 
+@pytest.mark.long
 def test_simulated_cameras_are_started_and_stopped(server: str) -> None:
     def states() -> list[str]:
         return [one["state"] for one in patient.get(f"{server}/status").json()["cameras"].values()]
@@ -135,7 +136,8 @@ def test_a_recording_plays_as_cameras(server: str, recordings: Recordings, tmp_p
     wait(lambda: len(frames()) == 2 and min(frames()) > 5)
     refused = patient.post(f"{server}/local-cameras", json={"recording": "recordings/../secret"})
     assert refused.status_code == 404
-    patient.delete(f"{server}/local-cameras")
+    stopped = patient.delete(f"{server}/local-cameras").json()
+    assert stopped == {"opened": None, "cameras": {}, "performers": 1}
     assert not patient.get(f"{server}/status").json()["calibration"]["borrowed"]
 
 

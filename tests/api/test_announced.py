@@ -69,7 +69,7 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Page]]:
         url = server.__enter__()
         page = Page(url, access.operator_token if access is not None else "")
         running.append((app, server, page))
-        page.http.post("/devices/search").raise_for_status()
+        app.state.announced.listen()
         return page
 
     yield started
@@ -107,6 +107,7 @@ def test_a_waiting_camera_comes_by_its_code_and_waits_again_once_it_is_let_go(
     start: Callable[..., Page], tmp_path: Path
 ) -> None:
     page = start()
+    page.http.post("/devices/search").raise_for_status()
     with waiting_client(tmp_path, FAR, HERE) as (client, next_code):
         code = next_code()
         camera = page.wait(FAR, "free")

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import textwrap
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -26,23 +27,59 @@ from tests.api.camera import Camera, send_frames, wait_until
 COMMAND = [sys.executable, "-m", "studio", "serve"]
 
 
+class Program:
+    """A server process on a folder of sessions, and its address."""
+
+    def __init__(self, sessions: Path) -> None:
+        self.sessions = sessions
+        self.process = subprocess.Popen(
+            [*COMMAND, "--port", "0", "--sessions", str(sessions)], stdout=subprocess.PIPE, text=True
+        )
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        self.url = next(word for word in line.split() if word.startswith("http://"))
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def programs() -> Iterator[list[Program]]:
+    """The server processes of this file, the newest one last."""
+    started: list[Program] = []
+    yield started
+    for program in started:
+        program.close()
+
+
 @pytest.fixture
-def serving(tmp_path):
-    """A server process and its address."""
-    process = subprocess.Popen(
-        [*COMMAND, "--port", "0", "--sessions", str(tmp_path / "sessions")], stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    line = process.stdout.readline()
-    yield process, next(word for word in line.split() if word.startswith("http://"))
-    process.kill()
-    process.wait()
-    process.stdout.close()
+def program(programs: list[Program], tmp_path: Path) -> Program:
+    """A server process that runs; a new one where the test before has ended it."""
+    if not programs or programs[-1].process.poll() is not None:
+        programs.append(Program(tmp_path / "sessions"))
+    return programs[-1]
+
+
+@pytest.fixture
+def ending_program(program: Program) -> Iterator[Program]:
+    """The same for a test that ends it; it has ended afterwards, also where the test fails."""
+    yield program
+    program.close()
+
+
+def test_a_page_that_pretends_to_be_on_this_machine_is_refused(program):
+    url = program.url
+    assert patient.get(f"{url}/api/v1/status", timeout=60.0).status_code == 200
+    answer = patient.get(f"{url}/api/v1/status", headers={"host": "rebound.example"}, timeout=60.0)
+    assert answer.status_code == 400
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_the_end_finishes_the_recording(serving, tmp_path, number):
-    process, url = serving
+def test_the_end_finishes_the_recording(ending_program, number):
+    process, url = ending_program.process, ending_program.url
     http = patient.Client(base_url=f"{url}/api/v1", timeout=60.0)
     with http, Camera(url.replace("http", "ws") + "/api/v1/link", 0) as camera:
         camera.greet()
@@ -51,7 +88,7 @@ def test_the_end_finishes_the_recording(serving, tmp_path, number):
         wait_until(lambda: http.get("/status").json()["recording"]["frames"] == 10, "10 frames came")
         process.send_signal(number)
         assert process.wait(60) == 0
-    take = Take.open(tmp_path / "sessions" / "s" / "t")
+    take = Take.open(ending_program.sessions / "s" / "t")
     assert take.meta["recording"] == "done"
     summary = inspect_raw(take.raw_path)
     assert summary.complete and summary.frames == {"camera_0": 10}
@@ -71,26 +108,19 @@ def test_a_server_that_ends_leaves_nothing_of_its_processes(tmp_path):
         assert [*Path(folder).glob("pymp-*")] == []
 
 
-def test_what_a_killed_server_recorded_can_be_read(serving, tmp_path):
-    process, url = serving
+def test_what_a_killed_server_recorded_can_be_read(ending_program):
+    process, url = ending_program.process, ending_program.url
     http = patient.Client(base_url=f"{url}/api/v1", timeout=60.0)
     with http, Camera(url.replace("http", "ws") + "/api/v1/link", 0) as camera:
         camera.greet()
         http.post("/record/start", json={"session": "s", "take": "t"}).raise_for_status()
         send_frames([camera], 10)
-        raw = tmp_path / "sessions" / "s" / "t" / "raw.mcap"
+        raw = ending_program.sessions / "s" / "t" / "raw.mcap"
         wait_until(lambda: sum(inspect_raw(raw).frames.values()) == 10, "the frames are on the disk")
         process.kill()
         process.wait()
     assert Take.open(raw.parent).meta["recording"] == "recording"
     assert inspect_raw(raw).frames == {"camera_0": 10}
-
-
-def test_a_page_that_pretends_to_be_on_this_machine_is_refused(serving):
-    _, url = serving
-    assert patient.get(f"{url}/api/v1/status", timeout=60.0).status_code == 200
-    answer = patient.get(f"{url}/api/v1/status", headers={"host": "rebound.example"}, timeout=60.0)
-    assert answer.status_code == 400
 
 
 def test_a_port_in_use_is_one_clear_line(tmp_path):

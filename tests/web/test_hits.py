@@ -13,6 +13,7 @@ from tests.acceptance.processes import ServerProcess, server_process, wait_until
 from tests.live.performer import calibration, save_stage_calibration
 from tests.web.hits import covered
 from tests.web.playback.takes import take_with_solves
+from tests.web.servers import ThreadServer, thread_server
 from tests.web.test_fresh_page import performing
 from tests.web.test_language import CHOOSE
 from tests.web.test_page import NAMES
@@ -26,24 +27,26 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(1800)]
 
 
 @pytest.fixture
-def server(tmp_path: Path) -> Iterator[ServerProcess]:
-    """A server with two calibrated cameras to come, and a take."""
+def sessions(tmp_path: Path) -> Path:
+    """A folder with two calibrated cameras to come, and a take."""
     sessions = tmp_path / "sessions"
     save_stage_calibration(sessions, NAMES)
     take_with_solves(sessions / "monday" / "one").add_calibration(calibration(["camera_0"]), use=True)
-    with server_process(sessions) as process:
-        yield process
+    return sessions
 
 
 @pytest.fixture
-def page(chromium: Browser, server: ServerProcess) -> Iterator[Page]:
+def page(chromium: Browser) -> Iterator[Page]:
     tab = chromium.new_page(viewport={"width": 1280, "height": 720})
     tab.add_init_script("localStorage.setItem('language', 'en'); localStorage.setItem('theme', 'dark')")
-    tab.goto(server.url)
-    expect(tab.locator("body")).to_have_attribute("data-connection", "open")
-    expect(tab.locator("#preset")).to_be_visible()
     yield tab
     tab.close()
+
+
+def open_stage(page: Page, url: str) -> None:
+    page.goto(url)
+    expect(page.locator("body")).to_have_attribute("data-connection", "open")
+    expect(page.locator("#preset")).to_be_visible()
 
 
 def look_like(page: Page, language: str, theme: str) -> None:
@@ -87,7 +90,13 @@ def open_replay(page: Page) -> None:
     expect(page.locator("#replay-bar button").first).to_be_visible()
 
 
-def test_from_no_camera_to_a_server_that_was_lost_and_came_back(page: Page, server: ServerProcess) -> None:
+def test_from_no_camera_to_a_server_that_was_lost_and_came_back(page: Page, sessions: Path) -> None:
+    with server_process(sessions) as server:
+        from_no_camera_to_a_server_that_was_lost_and_came_back(page, server)
+
+
+def from_no_camera_to_a_server_that_was_lost_and_came_back(page: Page, server: ServerProcess) -> None:
+    open_stage(page, server.url)
     assert_reached(page, "#guide")
     refuse_a_value(page)
     assert_reached(page, "#guide", "#messages .error")
@@ -122,10 +131,9 @@ def test_from_no_camera_to_a_server_that_was_lost_and_came_back(page: Page, serv
 
 
 @contextmanager
-def works_held(server: ServerProcess) -> Iterator[None]:
-    """The server's work in other processes stands still."""
-    assert server.process is not None
-    children = psutil.Process(server.process.pid).children(recursive=True)
+def works_held() -> Iterator[None]:
+    """The work of a server in this process, which other processes do, stands still."""
+    children = psutil.Process().children(recursive=True)
     workers = [child for child in children if "from multiprocessing" in " ".join(child.cmdline())]
     for worker in workers:
         worker.suspend()
@@ -136,7 +144,13 @@ def works_held(server: ServerProcess) -> Iterator[None]:
             worker.resume()
 
 
-def test_while_a_take_is_replayed_compared_exported_and_solved(page: Page, server: ServerProcess) -> None:
+def test_while_a_take_is_replayed_compared_exported_and_solved(page: Page, sessions: Path) -> None:
+    with thread_server(sessions) as server:
+        while_a_take_is_replayed_compared_exported_and_solved(page, server)
+
+
+def while_a_take_is_replayed_compared_exported_and_solved(page: Page, server: ThreadServer) -> None:
+    open_stage(page, server.url)
     open_replay(page)
     assert_reached(page, "#replay")
     page.locator("#replay-video").click()
@@ -163,7 +177,7 @@ def test_while_a_take_is_replayed_compared_exported_and_solved(page: Page, serve
         server.http.post(solves, json={"preset": "finish", "name": f"before_{number}"}).raise_for_status()
     server.http.post(solves, json={"preset": "finish", "name": "trial"}).raise_for_status()
     solved = page.locator(".take").filter(has_text="solved")
-    with works_held(server):
+    with works_held():
         expect(solved.locator(".solve-row").first).to_be_visible()
         solved.locator(".take-picture").click()
         assert_reached(page, "#replay", "#trial progress")

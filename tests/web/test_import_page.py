@@ -12,28 +12,28 @@ from playwright.sync_api import Browser, Page, expect
 from studio.take.folder.take import Take
 from studio.take.importers import import_recording
 from studio.take.library.incoming import PREFIX
-from tests.acceptance.processes import ServerProcess, server_process
 from tests.take.sync_videos import claps, heard, write_film
 from tests.take.video_files import real_pictures
 from tests.web.browser import quiet_page
 from tests.web.hits import covered
 from tests.web.playback.takes import take_with_solves
+from tests.web.servers import ThreadServer, thread_server
 from tests.web.test_fresh_page import show_times
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
 
 
 @pytest.fixture
-def server(tmp_path: Path) -> Iterator[ServerProcess]:
+def server(tmp_path: Path) -> Iterator[ThreadServer]:
     """A server with a take that has solves."""
     sessions = tmp_path / "sessions"
     take_with_solves(sessions / "monday" / "one")
-    with server_process(sessions) as process:
-        yield process
+    with thread_server(sessions) as started:
+        yield started
 
 
 @pytest.fixture
-def page(chromium: Browser, server: ServerProcess) -> Iterator[Page]:
+def page(chromium: Browser, server: ThreadServer) -> Iterator[Page]:
     with quiet_page(chromium) as tab:
         tab.goto(server.url)
         expect(tab.locator("#preset")).to_be_visible()
@@ -59,12 +59,12 @@ def take(page: Page, name: str) -> str:
     return f".take:has(.name:text-is('{name}'))"
 
 
-def left(server: ServerProcess) -> list[Path]:
+def left(server: ThreadServer) -> list[Path]:
     return [*server.sessions.glob(f"{PREFIX}*"), *server.sessions.rglob("*.partial-*")]
 
 
 def test_what_is_dropped_chosen_or_imported_by_a_command_becomes_a_take(
-    page: Page, chromium: Browser, server: ServerProcess, test_data: Path, tmp_path: Path
+    page: Page, chromium: Browser, server: ThreadServer, test_data: Path, tmp_path: Path
 ) -> None:
     dialog_is_reached_and_a_viewer_cannot_import(page, chromium, server)
     an_animation_dropped_on_a_take_is_its_reference(page, server, test_data)
@@ -74,9 +74,7 @@ def test_what_is_dropped_chosen_or_imported_by_a_command_becomes_a_take(
     from_the_page_to_an_exported_take_in_eight_clicks(page, test_data, tmp_path)
 
 
-def dialog_is_reached_and_a_viewer_cannot_import(
-    page: Page, chromium: Browser, server: ServerProcess
-) -> None:
+def dialog_is_reached_and_a_viewer_cannot_import(page: Page, chromium: Browser, server: ThreadServer) -> None:
     page.locator("#import-open").focus()
     page.keyboard.press("Enter")
     expect(page.locator("#import-choose-files")).to_be_focused()
@@ -90,7 +88,7 @@ def dialog_is_reached_and_a_viewer_cannot_import(
 
 
 def folders_files_and_a_take_are_dropped_over_the_view(
-    page: Page, server: ServerProcess, test_data: Path
+    page: Page, server: ThreadServer, test_data: Path
 ) -> None:
     bundle = server.sessions.parent / "sent.take.zip"
     bundle.write_bytes(server.http.get("/takes/monday/one/file").content)
@@ -121,7 +119,7 @@ def folders_files_and_a_take_are_dropped_over_the_view(
 
 
 def an_animation_dropped_on_a_take_is_its_reference(
-    page: Page, server: ServerProcess, test_data: Path
+    page: Page, server: ThreadServer, test_data: Path
 ) -> None:
     """No take more."""
     drop(page, take(page, "one"), test_data / "mocap" / "02_01.bvh")
@@ -160,7 +158,7 @@ def from_the_page_to_an_exported_take_in_eight_clicks(page: Page, test_data: Pat
 
 
 def test_how_videos_are_brought_to_one_clock_is_chosen(
-    page: Page, server: ServerProcess, test_data: Path, tmp_path: Path
+    page: Page, server: ThreadServer, test_data: Path, tmp_path: Path
 ) -> None:
     """Of two claps the one that is typed counts: without it they are not brought to one clock. The way that was asked
     for is used, and where it does not do this is told."""
@@ -203,7 +201,7 @@ def test_how_videos_are_brought_to_one_clock_is_chosen(
 
 
 def test_what_goes_wrong_or_is_cancelled_is_told_and_leaves_nothing(
-    chromium: Browser, server: ServerProcess, test_data: Path
+    chromium: Browser, server: ThreadServer, test_data: Path
 ) -> None:
     page = chromium.new_page(viewport={"width": 1280, "height": 720})
     page.goto(server.url)
@@ -231,7 +229,7 @@ def test_what_goes_wrong_or_is_cancelled_is_told_and_leaves_nothing(
     an_upload_is_cancelled_or_its_browser_goes(page, chromium, server)
 
 
-def an_upload_is_cancelled_or_its_browser_goes(page: Page, chromium: Browser, server: ServerProcess) -> None:
+def an_upload_is_cancelled_or_its_browser_goes(page: Page, chromium: Browser, server: ThreadServer) -> None:
     session = page.context.new_cdp_session(page)
     session.send("Network.enable")
     slow = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": 400_000}

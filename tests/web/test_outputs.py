@@ -5,21 +5,25 @@ import socket
 import pytest
 from playwright.sync_api import expect
 
-from tests.acceptance.program import studio_program
+from tests.live.performer import save_stage_calibration
 from tests.web.browser import quiet_page
+from tests.web.servers import thread_server
+from tests.web.test_page import NAMES, performing
 
 pytestmark = pytest.mark.browser
 
 
 def test_a_receiver_is_added_switched_off_and_removed(tmp_path, chromium):
+    save_stage_calibration(tmp_path, NAMES)
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver,
-        studio_program(tmp_path) as host,
+        thread_server(tmp_path) as server,
         quiet_page(chromium) as page,
+        performing(server.url),
     ):
         receiver.bind(("127.0.0.1", 0))
         receiver.settimeout(120.0)
-        page.goto(f"http://{host}/")
+        page.goto(server.url)
         page.get_by_role("button", name="Live output").click()
         page.locator("#output-port").fill(str(receiver.getsockname()[1]))
         page.get_by_role("button", name="Add", exact=True).click()

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.acceptance.processes import server_process
 from tests.engine.robots import models
 from tests.web.axe import found_in
 from tests.web.browser import quiet_page
+from tests.web.servers import thread_server
 from tests.web.test_import_page import drop
 
 pytestmark = [pytest.mark.browser, pytest.mark.viewing, pytest.mark.timeout(600)]
@@ -19,7 +19,7 @@ def test_a_robot_is_dropped_corrected_removed_and_comes_back(tmp_path: Path, chr
     robot = tmp_path / "robot"
     robot.mkdir()
     models.written(robot, models.child(), "child.xml")
-    with server_process(tmp_path / "sessions") as server, quiet_page(chromium) as page:
+    with thread_server(tmp_path / "sessions") as server, quiet_page(chromium) as page:
         page.goto(server.url)
         expect(page.locator("#preset")).to_be_visible()
         drop(page, "#viewer", robot)

@@ -9,10 +9,10 @@ from playwright.sync_api import expect
 from studio.engine.rigid_bodies.known import KnownBody, TakeBodies, Tie
 from studio.take.folder.take import Take
 from studio.take.rigid_bodies.kept import save_take_bodies
-from tests.acceptance.program import studio_program
 from tests.rigid_bodies.test_packets import message
 from tests.triggers.test_packets import osc
 from tests.web.browser import quiet_page
+from tests.web.servers import thread_server
 
 pytestmark = pytest.mark.browser
 
@@ -23,10 +23,10 @@ def test_timecode_is_shown_and_a_trigger_is_heard(tmp_path, chromium):
         port = channel.getsockname()[1]
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as desk,
-        studio_program(tmp_path) as host,
+        thread_server(tmp_path) as server,
         quiet_page(chromium) as page,
     ):
-        page.goto(f"http://{host}/")
+        page.goto(server.url)
         page.get_by_role("button", name="On set").click()
         expect(page.locator("#timecode")).to_be_hidden()
         page.locator("#timecode-rate").select_option("25")

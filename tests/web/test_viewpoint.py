@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 from tests import patient
 from tests.acceptance.processes import server_process
 from tests.live.performer import save_stage_calibration
+from tests.web.servers import thread_server
 from tests.web.stages import serving
 from tests.web.test_page import NAMES, performing, studio
 
@@ -211,7 +212,7 @@ def follow_and_orbit_are_this_browsers(stage: str, one: Page, other: Page) -> No
 
 def test_a_viewer_chooses_too_and_moves_nobody(tmp_path: Path, browsers: Callable) -> None:
     save_stage_calibration(tmp_path / "sessions", NAMES)
-    with server_process(tmp_path / "sessions", "--host", "0.0.0.0") as server:
+    with thread_server(tmp_path / "sessions", signed_in=True) as server:
         context = browsers()
         token = server.operator_token()
         answer = context.request.post(f"{server.url}/api/v1/access/signin", data={"token": token})

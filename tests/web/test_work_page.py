@@ -8,26 +8,26 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from tests.acceptance.processes import ServerProcess, server_process
 from tests.live.performer import calibration
 from tests.web.browser import quiet_page
 from tests.web.hits import covered
 from tests.web.playback.takes import take_with_solves
+from tests.web.servers import ThreadServer, thread_server
 from tests.web.test_hits import works_held
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(600)]
 
 
 @pytest.fixture
-def server(tmp_path: Path) -> Iterator[ServerProcess]:
+def server(tmp_path: Path) -> Iterator[ThreadServer]:
     """A server with a take of three solves and no raw frames."""
     sessions = tmp_path / "sessions"
     take_with_solves(sessions / "monday" / "one").add_calibration(calibration(["camera_0"]), use=True)
-    with server_process(sessions) as process:
-        yield process
+    with thread_server(sessions) as started:
+        yield started
 
 
-def export(server: ServerProcess, format: str = "fbx") -> dict[str, Any]:
+def export(server: ThreadServer, format: str = "fbx") -> dict[str, Any]:
     solve = server.http.get("/takes/monday/one").json()["solves"][0]
     answer = server.http.post(
         "/exports", json={"solves": [{"take": "monday/one", "solve": solve}], "format": format}
@@ -35,7 +35,7 @@ def export(server: ServerProcess, format: str = "fbx") -> dict[str, Any]:
     return answer.raise_for_status().json()
 
 
-def opened(page: Page, server: ServerProcess) -> Page:
+def opened(page: Page, server: ThreadServer) -> Page:
     page.goto(server.url)
     expect(page.locator("#preset")).to_be_visible()
     page.locator("#work-button").click()
@@ -47,13 +47,13 @@ def cancel_button(page: Page, job: dict[str, Any]) -> Locator:
     return page.locator(f"#work-cancel-{job['id']}")
 
 
-def test_work_is_listed_cancelled_and_told_in_all_browsers(chromium: Browser, server: ServerProcess) -> None:
+def test_work_is_listed_cancelled_and_told_in_all_browsers(chromium: Browser, server: ThreadServer) -> None:
     with quiet_page(chromium) as page, quiet_page(chromium) as other:
         opened(page, server)
         opened(other, server)
         expect(page.locator("#work-list")).to_contain_text("No work is under way")
-        made = [export(server) for _ in range(6)]
-        with works_held(server):
+        with works_held():
+            made = [export(server) for _ in range(6)]
             last = cancel_button(page, made[-1])
             expect(last).to_be_visible()
             expect(cancel_button(other, made[-1])).to_be_visible()
@@ -80,11 +80,11 @@ def test_work_is_listed_cancelled_and_told_in_all_browsers(chromium: Browser, se
         expect(page.locator("#work")).to_be_hidden()
 
 
-def work_that_runs_is_cancelled(page: Page, server: ServerProcess) -> None:
+def work_that_runs_is_cancelled(page: Page, server: ThreadServer) -> None:
     export(server)
     expect(page.locator(".work-row.done")).to_have_count(1)
     kept = {path.name for path in (server.sessions / "monday" / "one" / "exports").iterdir()}
-    with works_held(server):
+    with works_held():
         job = export(server, "glb")
         cancel_button(page, job).click()
         expect(page.locator(".work-row.cancelling")).to_have_count(1)
@@ -93,7 +93,7 @@ def work_that_runs_is_cancelled(page: Page, server: ServerProcess) -> None:
     assert {path.name for path in (server.sessions / "monday" / "one" / "exports").iterdir()} == kept
 
 
-def test_why_work_failed_and_what_to_do(chromium: Browser, server: ServerProcess) -> None:
+def test_why_work_failed_and_what_to_do(chromium: Browser, server: ThreadServer) -> None:
     page = chromium.new_page(viewport={"width": 1280, "height": 720})
     page.add_init_script("localStorage.setItem('language', 'fr')")
     page.goto(server.url)

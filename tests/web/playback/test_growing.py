@@ -15,7 +15,7 @@ from studio.simulator.body.performers import TUNING
 from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
 from studio.web.playback.player import Player
-from tests.acceptance.processes import ServerProcess, server_process, wait_until
+from tests.acceptance.processes import wait_until
 from tests.engine.seeing.cameras.given_cameras import watched
 from tests.engine.seeing.cameras.hands_at_body import short_washing
 from tests.offline.depth_takes import depth_take
@@ -23,6 +23,7 @@ from tests.take.helpers import recorded_take
 from tests.web.browser import quiet_page
 from tests.web.playback.takes import FRAMES, take_with_solves
 from tests.web.playback.test_player import Screen
+from tests.web.servers import ThreadServer, thread_server
 from tests.web.test_hits import works_held
 
 SECONDS = 4.3
@@ -90,20 +91,20 @@ def scene():
 
 
 @pytest.fixture
-def server(scene, tmp_path: Path) -> Iterator[ServerProcess]:
+def server(scene, tmp_path: Path) -> Iterator[ThreadServer]:
     """A server with a take of depth alone."""
     sessions = tmp_path / "sessions"
     depth_take(sessions / "monday" / "depth", scene)
-    with server_process(sessions) as process:
-        yield process
+    with thread_server(sessions) as started:
+        yield started
 
 
-def job_of(server: ServerProcess, name: str) -> dict:
+def job_of(server: ThreadServer, name: str) -> dict:
     (job,) = [one for one in server.http.get("/jobs").json() if one["id"] == name]
     return job
 
 
-def solve_state(server: ServerProcess) -> str:
+def solve_state(server: ThreadServer) -> str:
     """Of the solve that was not cancelled."""
     (state,) = [
         one["state"]
@@ -127,18 +128,18 @@ def note_words(page: Page) -> None:
 @pytest.mark.browser
 @pytest.mark.timeout(1200)
 def test_a_cancelled_solve_leaves_nothing_and_the_page_shows_the_first_seconds_and_then_the_solve(
-    chromium: Browser, server: ServerProcess
+    chromium: Browser, server: ThreadServer
 ) -> None:
     a_cancelled_solve_leaves_nothing_of_its_beginning(server)
     the_page_shows_the_first_seconds_and_then_the_solve(chromium, server)
 
 
-def a_cancelled_solve_leaves_nothing_of_its_beginning(server: ServerProcess) -> None:
+def a_cancelled_solve_leaves_nothing_of_its_beginning(server: ThreadServer) -> None:
     take = Take.open(server.sessions / "monday" / "depth")
     server.http.put("/replay", json={"take": "monday/depth", "solve": ""}).raise_for_status()
     job = server.http.post("/takes/monday/depth/solves", json={"preset": "studio"}).raise_for_status().json()
     wait_until(lambda: job_of(server, job["id"])["so_far_s"], "the first seconds are there", 900)
-    with works_held(server):
+    with works_held():
         status = server.http.get("/replay").json()
         assert status["solve"] == "studio" and status["of_s"] > status["frames"] / status["rate_hz"] - 0.1
         server.http.post(f"/jobs/{job['id']}/cancel").raise_for_status()
@@ -150,7 +151,7 @@ def a_cancelled_solve_leaves_nothing_of_its_beginning(server: ServerProcess) -> 
     assert again.status_code == 404 and "no solve" in json.dumps(again.json())
 
 
-def the_page_shows_the_first_seconds_and_then_the_solve(chromium: Browser, server: ServerProcess) -> None:
+def the_page_shows_the_first_seconds_and_then_the_solve(chromium: Browser, server: ThreadServer) -> None:
     with quiet_page(chromium) as page:
         page.goto(server.url)
         page.get_by_role("button", name="Open depth").click()

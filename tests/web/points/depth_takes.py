@@ -1,5 +1,6 @@
 """Takes with depth for tests of points: a still performer before two exact cameras, with the cameras' true places."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -27,6 +28,7 @@ from tests.web.playback.takes import add_picture
 CAMERAS = ("camera_0", "camera_1")
 COUNT = 24
 RATE_HZ = 30.0
+BEGIN_S = 1.0
 GAP = range(8, 14)
 """Numbers of images that the second camera has lost."""
 
@@ -39,8 +41,11 @@ DAMAGED = 18
 
 @cache
 def stage(sensor: str = "ideal") -> DepthStage:
-    """The embedded performer before two cameras."""
-    return DepthStage.of(find_sensor(sensor), standard_rig(2), perform(stage_motion(), DEFAULT), DEFAULT)
+    """The embedded performer before two cameras, with the beginning of the motion: only the first image is taken."""
+    whole = stage_motion()
+    begin = slice(round(BEGIN_S / whole.frame_s))
+    motion = replace(whole, positions_m=whole.positions_m[begin], hands_open=whole.hands_open[begin])
+    return DepthStage.of(find_sensor(sensor), standard_rig(2), perform(motion, DEFAULT), DEFAULT)
 
 
 @cache

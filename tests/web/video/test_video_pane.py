@@ -41,12 +41,22 @@ BARS = f"""(canvas) => {{
 """The brightness of the bars that tell a picture's number."""
 SEEN = f"""(ms) => new Promise((done) => {{
   const bars = {BARS}, canvas = document.querySelector("{CANVAS}"), seen = [], began = performance.now();
+  const frames = new Set();
+  let before = 0, loops = false;
   const look = () => {{
-    if (canvas.dataset.picture) seen.push([Number(canvas.dataset.frame), bars(canvas)]);
-    performance.now() - began < ms ? requestAnimationFrame(look) : done(seen);
+    if (canvas.dataset.picture) {{
+      const frame = Number(canvas.dataset.frame);
+      loops ||= frame < before;
+      before = frame;
+      frames.add(frame);
+      seen.push([frame, bars(canvas)]);
+    }}
+    const enough = loops && frames.size > 20;
+    performance.now() - began < ms && !enough ? requestAnimationFrame(look) : done(seen);
   }};
   look();
 }})"""
+"""The frames that are shown and their bars, until 20 were seen and the loop has begun anew, or so long."""
 COLOURS = """(canvas) => {
   COPY
   const { data } = pen.getImageData(0, 0, canvas.width, canvas.height), found = { landmarks: 0, skeleton: 0 };
