@@ -21,6 +21,9 @@ HOOKS = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="ut
 OWN_WORDS = {"--coverage"}
 """Arguments that ./test itself takes."""
 
+SLOW = "tests/acceptance/test_preview.py"
+"""A file that is none of the fast part, and is soon loaded."""
+
 
 def commands(job: dict[str, Any]) -> list[str]:
     return [step["run"] for step in job["steps"] if "run" in step]
@@ -59,10 +62,11 @@ def test_the_options_of_the_fast_part_and_of_coverage_are_known():
 
 def test_the_fast_part_is_found_and_is_not_all():
     listed = subprocess.run(
-        [PROGRAMS / "pytest", "--fast", "--collect-only", "-q", "tests/test_wire.py", "tests/acceptance"],
+        [PROGRAMS / "pytest", "--fast", "--collect-only", "-q", "tests/test_wire.py", SLOW],
         cwd=ROOT, capture_output=True, text=True, timeout=300,
     ).stdout  # fmt: skip
     assert "tests/test_wire.py" in listed and "tests/acceptance" not in listed
+    assert "deselected" in listed.splitlines()[-1]
 
 
 def test_every_name_of_the_fast_part_is_there():

@@ -46,7 +46,7 @@ def short(tmp_path_factory) -> Path:
     return path
 
 
-SECONDS = 5.0
+SECONDS = 3.0
 CALIBRATION_S = 33.0
 """How long the embedded performer walks before, for the calibration."""
 

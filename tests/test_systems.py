@@ -42,12 +42,21 @@ CALLS = {
 PLACES = ("/proc/", "/dev/", "/sys/", "/tmp/", "/etc/", "/usr/", "/bin/", "/var/")
 
 
-def only_some_systems(source: str) -> list[str]:
+def nodes_of(source: str) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(source)))
+
+
+@pytest.fixture(scope="module")
+def sources() -> dict[Path, list[ast.AST]]:
+    """The nodes of each file of the studio."""
+    return {path: nodes_of(path.read_text(encoding="utf-8")) for path in PACKAGE.rglob("*.py")}
+
+
+def only_some_systems(nodes: list[ast.AST]) -> list[str]:
     """What a file uses that only some systems have: modules, calls, fixed places."""
     found = []
-    tree = ast.parse(source)
-    documentation = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-    for node in ast.walk(tree):
+    documentation = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    for node in nodes:
         if isinstance(node, ast.Import):
             found += [alias.name for alias in node.names if alias.name.split(".")[0] in MODULES]
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -60,11 +69,11 @@ def only_some_systems(source: str) -> list[str]:
     return found
 
 
-def test_nothing_else_is_of_some_systems_only():
+def test_nothing_else_is_of_some_systems_only(sources):
     found = {
         path.relative_to(PACKAGE).as_posix(): used
-        for path in PACKAGE.rglob("*.py")
-        if (used := only_some_systems(path.read_text(encoding="utf-8")))
+        for path, nodes in sources.items()
+        if (used := only_some_systems(nodes))
     }
     assert set(found) == {ONE_MODULE}, found
 
@@ -75,13 +84,13 @@ def test_nothing_else_is_of_some_systems_only():
      "import signal; signal.SIGKILL", "open('/proc/self/status')"],
 )  # fmt: skip
 def test_the_guard_notices(line):
-    assert only_some_systems(line)
+    assert only_some_systems(nodes_of(line))
 
 
-def test_files_are_read_and_written_as_utf_8():
+def test_files_are_read_and_written_as_utf_8(sources):
     """Windows has another encoding by default."""
-    for path in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for path, nodes in sources.items():
+        for node in nodes:
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
                 if node.func.attr in ("read_text", "write_text") and isinstance(
                     node.func.value, ast.Name | ast.BinOp

@@ -74,6 +74,13 @@ def pid_once_there(file: Path) -> int:
     return os.getpid()
 
 
+def call_long_after(seconds: float) -> None:
+    """Later work in this process has computed for long after so many seconds."""
+    from studio.worker import process
+
+    process._SHORT_S = seconds
+
+
 def compute_until_there(file: Path) -> int:
     while not file.exists():
         sum(range(1000))

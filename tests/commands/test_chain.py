@@ -22,7 +22,7 @@ FIGURES = {
     "time_offset_ms", "clock_drift_ppm", "frames",
 }  # fmt: skip
 
-WARM_UP = 2
+WARM_UP = 1
 """Frames of a stage that `bench` does not count: few."""
 
 
@@ -174,7 +174,7 @@ def test_bench_measures_every_stage(tmp_path, monkeypatch):
     monkeypatch.setattr(run, "TURNS", 1)
     for module in (timing, stages):
         monkeypatch.setattr(module, "WARM_UP", WARM_UP)
-    monkeypatch.setattr(run, "MOST_IMAGES", WARM_UP + 2)
+    monkeypatch.setattr(run, "MOST_IMAGES", WARM_UP + 1)
     done = studio("bench", "--frames", "30", "--json", "bench.json", "--report", "bench.html", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert "<svg" in (tmp_path / "bench.html").read_text()

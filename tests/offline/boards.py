@@ -83,7 +83,7 @@ def held() -> NDArray[np.float64]:
     return make_transform(np.column_stack([np.cross(down, into), down, into]), np.array([0.2, 0.2, 1.2]))
 
 
-def take_with_boards(path: Path, shown: dict[str, list[Shown]]) -> Take:
+def take_with_boards(path: Path, shown: dict[str, list[Shown]], seconds: float = SECONDS) -> Take:
     """A walk before the cameras, each with a video that shows boards one after the other, grey without any."""
     rng = np.random.default_rng(4)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -91,7 +91,7 @@ def take_with_boards(path: Path, shown: dict[str, list[Shown]]) -> Take:
         messages = []
         with RawWriter(take.raw_path) as writer:
             for k, (name, T) in enumerate(CAMERAS.items()):
-                view = view_of(name, T, seed=k + 1, seconds=SECONDS)
+                view = view_of(name, T, seed=k + 1, seconds=seconds)
                 hello = wire.Hello(
                     protocol_version=wire.PROTOCOL_VERSION, name=name, device="video", joint_set="canonical",
                     boot_id="import", frames_per_second=30,
@@ -108,7 +108,7 @@ def take_with_boards(path: Path, shown: dict[str, list[Shown]]) -> Take:
                     device_time_ns=frame.device_time_ns, sequence=frame.sequence,
                 )  # fmt: skip
         for name, mine in shown.items():
-            times_ms = list(range(0, round(1e3 * SECONDS), STEP_MS))
+            times_ms = list(range(0, round(1e3 * seconds), STEP_MS))
             nothing = np.full((LENS.height, LENS.width, 3), 110, np.uint8)
             pictures = [
                 mine[k % len(mine)].seen_by(CAMERAS[name], rng) if mine else nothing

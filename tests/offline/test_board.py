@@ -25,6 +25,9 @@ from tests.refused import refused
 APART_M = float(np.linalg.norm(CAMERAS["left"][:3, 3] - CAMERAS["right"][:3, 3]))
 A1 = Board.parse("charuco:5x7:100:75")
 
+BRIEF_S = 3.0
+"""Length of takes that are refused for what their videos show."""
+
 
 def wrong_calibration() -> Calibration:
     """The true cameras on a stage that is 5 % too small, with a floor 4 cm too high and turned by a degree."""
@@ -153,7 +156,7 @@ def test_a_take_is_calibrated_by_its_board(tmp_path: Path, capsys: pytest.Captur
 def one_sees(tmp_path_factory: pytest.TempPathFactory) -> Take:
     """A take in which only one camera sees a board."""
     folder = tmp_path_factory.mktemp("boards") / "s" / "take"
-    return take_with_boards(folder, {"left": [Shown(A0, lying(0.0, 0.0, 0.0))], "right": []})
+    return take_with_boards(folder, {"left": [Shown(A0, lying(0.0, 0.0, 0.0))], "right": []}, BRIEF_S)
 
 
 @pytest.mark.parametrize(
@@ -171,10 +174,10 @@ def test_a_board_that_is_not_as_said_is_refused(one_sees: Take, board: str, code
 
 
 def test_videos_without_a_board_and_takes_without_videos_are_refused(tmp_path: Path) -> None:
-    none = take_with_boards(tmp_path / "s" / "none", {"left": [], "right": []})
+    none = take_with_boards(tmp_path / "s" / "none", {"left": [], "right": []}, BRIEF_S)
     with refused(CalibrationError, "board.not_found"):
         calibrated_by_board(none, wrong_calibration(), A0)
-    one = take_with_boards(tmp_path / "s" / "one", {"left": []})
+    one = take_with_boards(tmp_path / "s" / "one", {"left": []}, BRIEF_S)
     with refused(SettingsError, "board.no_videos"):
         calibrated_by_board(one, wrong_calibration(), A0)
     deep = replace(wrong_calibration(), cameras={"left": CameraCalibration(np.eye(4))})

@@ -1,6 +1,7 @@
 """Edits in the solve of a take, from its frames to its figures."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,8 @@ from tests.simulator.pin_faults import Fault, faulty
 
 WRIST = OUTPUT_INDEX["RightHand"]
 BEGIN_S, END_S = 38.0, 39.0
+LAST_S = 44.5
+"""Where the take is cut off: no edit is later."""
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +40,14 @@ def take(tmp_path_factory, test_data) -> Take:
     source = test_data / "noisy_joints" / "punches_2_cameras"
     if not source.is_dir():
         pytest.skip(f"no {source}")
-    take = import_recording(source, tmp_path_factory.mktemp("edits") / "take")
+    folder = tmp_path_factory.mktemp("edits")
+    for camera in source.glob("camera_*"):
+        header, *rows = (camera / "joints.csv").read_text().splitlines()
+        kept = [header, *(row for row in rows if float(row.partition(",")[0]) < LAST_S)]
+        (folder / "short" / camera.name).mkdir(parents=True)
+        (folder / "short" / camera.name / "joints.csv").write_text("\n".join(kept))
+    shutil.copyfile(source / "recording.json", folder / "short" / "recording.json")
+    take = import_recording(folder / "short", folder / "take")
     take.add_calibration(calibrate_take(take), use=True)
     return Take.open(take.path)
 

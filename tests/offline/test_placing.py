@@ -9,24 +9,28 @@ import pytest
 
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.settings.settings import PRESETS, SolveSettings
+from studio.engine.seeing.cameras import refine
 from studio.offline.placing import refines, windows
 from studio.offline.preview import solve_part
 from studio.offline.replay import solve_take
 from studio.simulator.body.performers import TUNING
 from studio.take.folder.solves import read_metrics
 from studio.take.folder.take import Take
-from tests.engine.seeing.cameras.given_cameras import HZ, a_little_off, apart_m, watched
+from tests.engine.seeing.cameras.given_cameras import a_little_off, apart_m, watched
 from tests.engine.seeing.cameras.hands_at_body import short_washing
 from tests.offline.depth_takes import depth_take
 
-SECONDS, BRIEF_S = 2.4, 0.5
+SECONDS, BRIEF_S, HZ = 2.4, 0.5, 15.0
 CAMERAS = ("camera_0", "camera_1")
+
+LOOKED_AT_HZ = 5.0
+"""How often cameras of 30 Hz are looked at for their places; so often these are, too."""
 
 
 @pytest.fixture(scope="module")
 def scene():
     """The T-pose and the beginning of the next movement, before two Kinect v2."""
-    return watched(TUNING[0], short_washing(TUNING[0]), seconds=SECONDS)
+    return watched(TUNING[0], short_washing(TUNING[0]), seconds=SECONDS, hz=HZ)
 
 
 @pytest.fixture
@@ -36,8 +40,13 @@ def take(scene, tmp_path: Path) -> Take:
 
 
 def test_a_solve_tells_how_far_cameras_were_moved(
-    scene, take: Take, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    scene,
+    take: Take,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
+    monkeypatch.setattr(refine, "EVERY", round(HZ / LOOKED_AT_HZ))
     with caplog.at_level(logging.INFO):
         metrics = read_metrics(solve_take(take, SolveSettings(), name="refined")) or {}
     moved = metrics["cameras_moved"]

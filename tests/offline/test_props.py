@@ -22,7 +22,7 @@ from tests.engine.seeing.props.moving import AFTER_S, MovingProp, errors, scene
 from tests.offline.depth_takes import depth_take
 from tests.refused import refused
 
-SECONDS = 1.0
+SECONDS = 0.7
 
 
 @pytest.fixture(scope="module")

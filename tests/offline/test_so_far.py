@@ -22,7 +22,7 @@ from tests.engine.seeing.cameras.given_cameras import watched
 from tests.engine.seeing.cameras.hands_at_body import short_washing
 from tests.offline.depth_takes import depth_take
 
-SECONDS, PART_S = 2.2, 0.9
+SECONDS, PART_S, HZ = 1.4, 0.6, 15.0
 PERFORMER = performer_of(shape_of_height(1.75))
 
 
@@ -30,7 +30,7 @@ def test_parts_come_before_the_solve_and_change_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(first_seconds, "PART_S", PART_S)
-    scene = watched(TUNING[0], short_washing(TUNING[0]), seconds=SECONDS)
+    scene = watched(TUNING[0], short_washing(TUNING[0]), seconds=SECONDS, hz=HZ)
     take = depth_take(tmp_path / "t", scene)
     parts: list[SoFar] = []
     told: list[tuple[int, float]] = []

@@ -22,6 +22,8 @@ PAIRS = {
     "Study_18_Kinect_2_Time_10_55_24_PM": (125, 131),
     "Study_20_Kinect_1_Time_1_30_34_PM": (643, 679),
 }
+SHORT = ("Study_13_Kinect_2_Time_5_22_05_PM", "Study_18_Kinect_2_Time_10_55_24_PM")
+"""One of usual length and one of seconds; the others are long."""
 
 
 def left_is_left(positions: np.ndarray) -> float:
@@ -33,7 +35,9 @@ def left_is_left(positions: np.ndarray) -> float:
     return float((np.einsum("fi,fi->f", np.cross([0.0, -1.0, 0.0], forward), left) > 0).mean())
 
 
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize(
+    "name", [name if name in SHORT else pytest.param(name, marks=pytest.mark.long) for name in PAIRS]
+)
 def test_kinect_pairs(test_data: Path, tmp_path: Path, name: str) -> None:
     take = import_recording(test_data / "kinect2_pairs" / f"{name}.csv", tmp_path / "take")
     summary = inspect_raw(take.raw_path)
@@ -126,8 +130,8 @@ def test_kinect_tracking_states(test_data: Path, tmp_path: Path, name: str, coun
     ("name", "cameras", "count"),
     [
         ("punches_2_cameras", 2, 1419),
-        ("jumps_2_cameras", 2, 1449),
-        ("jumping_jacks_3_cameras", 3, 1449),
+        pytest.param("jumps_2_cameras", 2, 1449, marks=pytest.mark.long),
+        pytest.param("jumping_jacks_3_cameras", 3, 1449, marks=pytest.mark.long),
         ("ballet_4_cameras", 4, 1250),
     ],
 )

@@ -1,6 +1,7 @@
 """Skeletons from depth are made once: later solves and previews find them in the take."""
 
 import os
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -34,20 +35,31 @@ from tests.simulator.depth.test_take import motion
 __all__ = ["motion"]
 
 
-@pytest.fixture
-def take(motion: Path, tmp_path: Path) -> Take:
-    """A take of depth alone, 0.8 s of two cameras, calibrated."""
-    path = tmp_path / "t"
+@pytest.fixture(scope="module")
+def simulated(motion: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a take of depth alone, 0.8 s of two cameras, calibrated."""
+    path = tmp_path_factory.mktemp("simulated") / "t"
     simulate_take(motion, path, tracker="depth", sensor="azure-kinect", calibration=False, cameras=2, seed=4)
     cameras = {camera.name: CameraCalibration(camera.T_stage_camera) for camera in standard_rig(2)}
-    take = Take.open(path)
-    take.add_calibration(Calibration("camera_0", cameras, performer()), use=True)
-    return take
+    Take.open(path).add_calibration(Calibration("camera_0", cameras, performer()), use=True)
+    return path
+
+
+@pytest.fixture
+def take(simulated: Path, tmp_path: Path) -> Take:
+    """A copy of the take, without what was tracked."""
+    shutil.copytree(simulated, tmp_path / "t")
+    return Take.open(tmp_path / "t")
 
 
 def solved(take: Take, **switches: str) -> bytes:
     folder = solve_take(take, SolveSettings(**switches), name="studio")
     return Poses.load(folder / "poses.npz").positions_m.tobytes()
+
+
+def solved_as_placed(take: Take) -> bytes:
+    """The take solved from its points, with cameras as they are given: it is tracked once, not once more for them."""
+    return solved(take, tracker="points", refine_cameras="off")
 
 
 @pytest.fixture
@@ -94,7 +106,7 @@ def test_a_raw_file_without_its_index_is_read(take: Take) -> None:
 def test_what_was_tracked_with_other_frames_transforms_or_code_is_tracked_again(
     take: Take, counted: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fresh = solved(take, tracker="points")
+    fresh = solved_as_placed(take)
     calibration = take.calibration()
     moved = calibration.cameras["camera_1"].T_stage_camera.copy()
     moved[0, 3] += 0.05
@@ -102,15 +114,15 @@ def test_what_was_tracked_with_other_frames_transforms_or_code_is_tracked_again(
         "camera_1": replace(calibration.cameras["camera_1"], T_stage_camera=moved)
     }
     take.add_calibration(replace(calibration, cameras=cameras), use=True)
-    assert solved(take, tracker="points") != fresh
+    assert solved_as_placed(take) != fresh
     os.utime(take.raw_path, ns=(1, 1))
-    solved(take, tracker="points")
+    solved_as_placed(take)
     monkeypatch.setattr(tracked, "code_digest", lambda *folders: "another")
-    solved(take, tracker="points")
+    solved_as_placed(take)
     assert len(counted) == 4
     (file,) = (take.path / FOLDER).glob("*.npz")
     file.write_bytes(file.read_bytes()[:1000])
-    solved(take, tracker="points")
+    solved_as_placed(take)
     assert len(counted) == 5
 
 
@@ -121,13 +133,13 @@ def test_a_full_disk_costs_the_next_solve_its_time_and_nothing_else(
         raise StudioError(f"cannot write {path}: no space")
 
     monkeypatch.setattr(tracked, "write_atomically", full)
-    fresh = solved(take, tracker="points")
+    fresh = solved_as_placed(take)
     assert "no space" in caplog.text
-    assert solved(take, tracker="points") == fresh and len(counted) == 2
+    assert solved_as_placed(take) == fresh and len(counted) == 2
 
 
 def test_it_is_neither_damage_nor_part_of_a_bundle(take: Take, tmp_path: Path) -> None:
-    solved(take, tracker="points")
+    solved_as_placed(take)
     (take.path / FOLDER / ".points.npz.abc").write_bytes(b"half")
     (left,) = check_take(take.path)
     assert left.path.name == ".points.npz.abc" and not left.path.exists()

@@ -31,8 +31,9 @@ def poses_of(frames: int):
     return make_poses(local)
 
 
-def two_solves() -> tuple[dict[str, MeasuredSolve], Reference]:
-    """One solve with a hand that is 5 cm off, one without errors."""
+@pytest.fixture(scope="module")
+def measured() -> tuple[dict[str, MeasuredSolve], Reference]:
+    """One solve with a hand that is 5 cm off, one without errors, and the reference."""
     good = poses_of(180)
     reference = Reference(good.time_s, canonical_positions(good))
     off = np.zeros_like(good.positions_m)
@@ -44,8 +45,15 @@ def two_solves() -> tuple[dict[str, MeasuredSolve], Reference]:
     }, reference
 
 
-def test_a_report_holds_all_its_parts():
-    solves, reference = two_solves()
+@pytest.fixture(scope="module")
+def plain_page(measured) -> str:
+    """The report of the first solve alone."""
+    solves, reference = measured
+    return evaluation_report("A take", {"plain": solves["plain"]}, reference)
+
+
+def test_a_report_holds_all_its_parts(measured):
+    solves, reference = measured
     html = evaluation_report("A take", solves, reference)
     for heading in ("Figures", "What each switch gained or cost", "Error over time", "Curves", "Worst moments",
                     "Error of each joint", "What would have to be cleaned up"):  # fmt: skip
@@ -58,9 +66,9 @@ def test_a_report_holds_all_its_parts():
         ElementTree.fromstring(piece)
 
 
-def test_times_count_from_the_beginning_of_the_performance():
+def test_times_count_from_the_beginning_of_the_performance(measured):
     """A calibration part of 34 s before it changes nothing in the report but the displayed stage time."""
-    solves, reference = two_solves()
+    solves, reference = measured
     event = {"kind": "joint_pop", "joint": "head", "size": 6.0, "unit": "cm", "detail": ""}
     pages = []
     for shift_s in (0.0, 34.0):
@@ -80,24 +88,24 @@ def test_times_count_from_the_beginning_of_the_performance():
     assert pages[0].count("time since the performance began [s]</text>") == 7  # errors, and two wrists' axes
 
 
-def test_a_report_says_when_cameras_disagreed():
-    solves, reference = two_solves()
+def test_a_report_says_when_cameras_disagreed(measured, plain_page):
+    solves, reference = measured
     begin_s = float(solves["plain"].poses.time_s[0])
     disagrees = {"camera_1": [Span(begin_s + 1.0, begin_s + 2.0, 0.069)]}
     html = evaluation_report("A take", {"plain": replace(solves["plain"], disagrees=disagrees)}, reference)
     told = "plain: camera_1 does not agree with the other cameras from 1.0 to 2.0 s of the solve (69 mm off)"
     assert told in html
-    assert "does not agree" not in evaluation_report("A take", {"plain": solves["plain"]}, reference)
+    assert "does not agree" not in plain_page
 
 
-def test_a_report_says_how_cameras_were_moved():
-    solves, reference = two_solves()
+def test_a_report_says_how_cameras_were_moved(measured, plain_page):
+    solves, reference = measured
     moved = replace(solves["plain"], moved={"camera_1": (4.21, 0.153)})
     html = evaluation_report("A take", {"plain": moved}, reference)
     assert (
         "plain: camera_1 was moved by 4.2 mm and turned by 0.15 degrees before its depth was tracked." in html
     )
-    assert "was moved by" not in evaluation_report("A take", {"plain": solves["plain"]}, reference)
+    assert "was moved by" not in plain_page
 
 
 def test_gains_have_intervals_over_blocks():
@@ -113,14 +121,15 @@ def test_worst_moments_are_apart():
     assert np.diff(sorted(time_s[worst_frames(errors, time_s)])) == pytest.approx([1.0] * 3, abs=1.0)
 
 
-def test_a_report_is_in_french_throughout():
-    solves, reference = two_solves()
+def test_a_report_is_in_french_throughout(measured):
+    solves, reference = measured
     event = {"start_s": 1.0, "end_s": 1.2, "size": 2.0, "unit": "cm"}
-    solves["plain"].figures["cleanup_events"] = [
+    events = [
         {**event, "kind": "self_penetration", "joint": "right_elbow", "detail": "right forearm in trunk"},
         {**event, "kind": "limb_flip", "joint": "left_wrist", "detail": "left and right swapped"},
     ]
-    html = evaluation_report("Une prise", solves, reference, say=Words("fr"))
+    plain = replace(solves["plain"], figures=solves["plain"].figures | {"cleanup_events": events})
+    html = evaluation_report("Une prise", solves | {"plain": plain}, reference, say=Words("fr"))
     assert '<html lang="fr">' in html
     for words in ("Erreur au cours du temps", "Pires moments", "poignet gauche, x", "coude droit",
                   "erreur des articulations, mm",
