@@ -17,7 +17,7 @@ async function copy(text) {
   }
 }
 
-/** A secret that is shown once, with a button that copies it. */
+/** Show a secret, once, with a button that copies it. */
 function secret(label, text) {
   byId("access-secret").replaceChildren(h("div", { class: "secret" },
     h("p", {}, label),
@@ -75,7 +75,7 @@ function build(cameras) {
   ].filter(Boolean);
 }
 
-/** Show who may send; nothing at all on a studio that asks for no tokens, nor to viewers. Returns who asks. */
+/** Show the camera tokens; hidden from viewers and where the studio requires no tokens. Returns the role of this browser. */
 export async function updateAccess() {
   const access = await getAccess();
   setAddress(access);

@@ -1,4 +1,4 @@
-// The page to sign in: sends the operator's token, then goes to where the operator wanted to go.
+// The sign-in page: sends the operator's token, then opens the page that the operator wanted.
 import { hear, said } from "../base/said.js";
 import { t } from "../base/strings.js";
 

@@ -1,8 +1,8 @@
-// The studio's address as other machines reach it: what commands and links for others name.
+// The studio's address for other machines, as used in commands and links for others.
 const HERE = ["localhost", "127.0.0.1", "[::1]"];
 const known = { address: location.origin, local: HERE.includes(location.hostname) };
 
-/** Take in what the server says of its address; see `GET /api/v1/access`. */
+/** Store the address that the server reports; see `GET /api/v1/access`. */
 export function setAddress({ address, local }) {
   Object.assign(known, { address, local });
 }
@@ -10,7 +10,7 @@ export function setAddress({ address, local }) {
 /** The studio's address, for people and cameras on other machines. */
 export const addressForOthers = () => known.address;
 
-/** Whether no other machine reaches that address. */
+/** Whether only this machine reaches that address. */
 export const onlyHere = () => known.local;
 
 /** A link for others to a path of this studio. */

@@ -24,7 +24,7 @@ async function send(method, path, body, headers = {}, signal = undefined) {
 
 const signInAgain = () => location.assign(`signin?again&next=${encodeURIComponent(location.pathname)}`);
 
-/** Whether the server answers within a time; a browser that it does not know (any longer) is taken to where one signs in. */
+/** Whether the server answers within a time; a browser that is not (or no longer) signed in is sent to the sign-in page. */
 export async function answers(within_ms) {
   const response = await fetch(new URL("access", ROOT), { signal: AbortSignal.timeout(within_ms) }).catch(() => null);
   if (response?.status === 401) signInAgain();
@@ -36,12 +36,12 @@ const call = async (method, path, body) => heard(await request(method, path, bod
 
 export const getView = () => call("GET", "view");
 export const changeView = (change) => call("PUT", "view", change);
-/** The page may be gone before the server answers. */
+/** Delete the operator's view; `keepalive` because the page may close before the server answers. */
 export const deleteOperatorView = (page) => fetch(new URL(`view/operator?page=${page}`, ROOT), { method: "DELETE", keepalive: true }).catch(() => null);
 export const putOperatorView = (view) => call("PUT", "view/operator", view);
 
-/** Return the server's time [s], and when the browser's network process sent the request and had the answer [ms of `performance`]:
- * this thread may be busy then. `number` tells requests apart. */
+/** Return the server's time [s], and when the browser sent the request and received the answer [ms of `performance`]. These come
+ * from its network process, because this thread may be busy. `number` distinguishes requests. */
 export async function getClock(number) {
   const path = `view/clock?number=${number}`, address = new URL(path, ROOT).href;
   const { promise: timing, resolve } = Promise.withResolvers();
@@ -69,7 +69,7 @@ export const getReplayJoints = (frame) => call("GET", `replay/joints?frame=${fra
 export const getVideos = () => call("GET", "replay/video");
 export const getVideo = (camera) => call("GET", `replay/video/${camera}`);
 export const getVideoDrawn = (camera, first, last) => call("GET", `replay/video/${camera}/drawn?${new URLSearchParams({ first, last })}`);
-/** Where a joint, about at `near_m`, is at a place in a picture: `{time_s, place_m}`. */
+/** Return the position of a joint seen at a place in a picture, assumed near `near_m`: `{time_s, place_m}`. */
 export const getVideoPlace = (camera, picture, [x, y], [near_x, near_y, near_z]) =>
   call("GET", `replay/video/${camera}/place?${new URLSearchParams({ picture, x, y, near_x, near_y, near_z })}`);
 
@@ -111,14 +111,14 @@ export const exchangePerformers = (first, second) => call("POST", "performers/ex
 export const keepProfile = (performer) => call("POST", "performers/keep", { performer });
 export const getTakes = () => call("GET", "takes");
 
-/** Return those of some takes that are there. */
+/** Return those of the given takes that exist. */
 export const getTakesOf = (ids) => call("GET", `takes?${new URLSearchParams(ids.map((id) => ["id", id]))}`);
 
 export const getTakeDetail = (take) => call("GET", takePath(take));
 export const getNextTake = () => call("GET", "takes/next");
 
-/** Return a page of the takes that a search finds, how many it finds, and how many of all have been read: `{takes, count,
- * reading: {done, of}}`; `reading` is null where all have. */
+/** Return a page of search results, their total number, and how many of all takes have been read so far: `{takes, count,
+ * reading: {done, of}}`; `reading` is null once all have been read. */
 export async function findTakes({ search, limit, offset }) {
   const response = await request("GET", `takes?${new URLSearchParams({ search, limit, offset })}`);
   const [done, of] = response.headers.get("X-Takes-Read")?.split("/").map(Number) ?? [];
@@ -155,49 +155,49 @@ export const signOut = () => request("POST", "access/signout");
 
 const takePath = (take) => `takes/${encodeURIComponent(take.session)}/${encodeURIComponent(take.name)}`;
 
-/** Announce files, `[{path, size}]`; returns the imports that they make: `{job, files}`, the places of its files in the list. */
+/** Announce files, `[{path, size}]`; returns the resulting imports: `{job, files}`, with the indices of its files in the list. */
 export const announceImports = (files, sync, clap_at) => call("POST", "imports", { files, sync, clap_at });
-/** Send an import's files, one after the other in one Blob. */
+/** Send an import's files, concatenated in one Blob. */
 export const sendImport = (jobId, blob, signal) => send("PUT", `imports/${jobId}`, blob, {}, signal);
 
-/** Cancel a job; what it has half written goes with it. */
+/** Cancel a job; its half-written files are removed. */
 export const cancelJob = (id) => call("POST", `jobs/${id}/cancel`);
-/** Take the jobs that have ended off the list. */
+/** Remove ended jobs from the list. */
 export const clearJobs = () => call("DELETE", "jobs");
 
-/** Begin to solve a take again with `{preset, set}` as solve `name`. */
+/** Start solving a take again with `{preset, set}` as solve `name`. */
 export const solveTake = (take, name, settings) => call("POST", `${takePath(take)}/solves`, { ...settings, name });
 
 const editsPath = (take) => `${takePath(take)}/edits`;
 export const getEdits = (take) => call("GET", editsPath(take));
 const withLook = (path, look) => (look ? `${path}?${new URLSearchParams({ look })}` : path);
 const editPath = (take, id) => `${editsPath(take)}/${encodeURIComponent(id)}`;
-// `look` in what follows: the solve whose surroundings of the playhead are solved with the change at once, or ""
+// `look` below: the solve whose frames around the playhead are solved at once with the change, or ""
 export const addEdit = (take, edit, revision, look) => call("POST", withLook(editsPath(take), look), { edit, revision });
 export const changeEdit = (take, id, edit, revision, look) => call("PATCH", withLook(editPath(take, id), look), { edit, revision });
 export const removeEdit = (take, id, revision, look) => call("DELETE", `${editPath(take, id)}?${new URLSearchParams({ revision, ...(look && { look }) })}`);
-/** Begin to solve what is around the playhead with the take's edits; it is shown there. */
+/** Start solving the frames around the playhead with the take's edits; the result is shown there. */
 export const previewEdits = (take, solve) => call("POST", `${editsPath(take)}/preview`, { solve });
-/** Have what `previewEdits` needs read before it is asked for. */
+/** Have the server read ahead what `previewEdits` needs. */
 export const readAhead = (take, solve) => call("PUT", `${editsPath(take)}/preview`, { solve });
 export const getOffers = (take, solve, performer) => call("GET", `${editsPath(take)}/offers?${new URLSearchParams({ solve, ...(performer && { performer }) })}`);
-/** Put all edits of a take in the place of those it has, as one change. */
+/** Replace all edits of a take, as one change. */
 export const replaceEdits = (take, edits, revision, look) => call("PUT", withLook(editsPath(take), look), { edits, revision });
 export const undoEdits = (take, revision, look) => call("POST", withLook(`${editsPath(take)}/undo`, look), { revision });
 export const redoEdits = (take, revision, look) => call("POST", withLook(`${editsPath(take)}/redo`, look), { revision });
 
-/** Begin to splice parts of takes into a new take, or to loop them (a job). */
+/** Start a job that splices parts of takes into a new take, or loops them. */
 export const spliceTakes = (splice) => call("POST", "splices", splice);
 
-/** Begin to calibrate a take from its own frames with what is known (a job), or take that of another take: `{borrow}`, its id. */
+/** Start a job that calibrates a take from its own frames with known values; `{borrow}`: use the calibration of that take (id). */
 export const calibrateTake = (take, known) => call("POST", `${takePath(take)}/calibrations`, known);
 export const getCalibrations = (take) => call("GET", `${takePath(take)}/calibrations`);
 export const useCalibration = (take, number) => call("PUT", `${takePath(take)}/calibrations/in_use`, { number });
 
-/** Dictionaries and families of boards, and why none can be found here. */
+/** Return dictionaries and families of boards, and why boards cannot be detected here. */
 export const getBoards = () => call("GET", "boards");
 
-/** Make a replay of a solve to give away; `part`: `{start_s, end_s}`, what is left out is all of it. */
+/** Make a replay of a solve to share; `part`: `{start_s, end_s}`, by default the whole solve. */
 export const shareSolve = (take, solve, part) => call("POST", `${takePath(take)}/solves/${encodeURIComponent(solve)}/share`, part);
 export const getShares = () => call("GET", "shares");
 export const removeShare = (id) => call("DELETE", `shares/${id}`);
@@ -214,19 +214,19 @@ export const restoreTake = (trashId) => call("POST", `trash/${encodeURIComponent
 
 const byId = (takeId) => `takes/${takeId.split("/").map(encodeURIComponent).join("/")}`;
 
-/** A take's rigid bodies, by its id; say what one is; measure how those on joints sit there. Each answers all of them. */
+/** Get a take's rigid bodies by its id; change one; measure how those on joints are mounted. Each call returns all bodies. */
 export const getBodies = (takeId) => call("GET", `${byId(takeId)}/rigid-bodies`);
 export const changeBody = (takeId, body) => call("PUT", `${byId(takeId)}/rigid-bodies`, body);
 export const measureBodies = (takeId, wanted) => call("POST", `${byId(takeId)}/rigid-bodies/measure`, wanted);
 
-/** Return how far two motions are apart: `{a: {take, solve}, b: {take, solve} or {reference}, line_up, offset_ms}`. */
+/** Return the distance between two motions: `{a: {take, solve}, b: {take, solve} or {reference}, line_up, offset_ms}`. */
 export const compareMotions = (wanted) => call("POST", "compare", wanted);
 
-/** Return a solve's figures by itself and, where one is named, against a reference. */
+/** Return a solve's own figures and, if a reference is given, its figures against that. */
 export const getFigures = ({ take, solve, performer }, reference) =>
   call("GET", `${byId(take)}/solves/${encodeURIComponent(solve)}/figures?${new URLSearchParams({ ...(reference && { reference }), ...(performer && { performer }) })}`);
 
-/** Figures of all performers that have a reference. */
+/** Return the figures of all performers that have a reference. */
 export const evaluateTogether = (take, solves) => call("POST", `${byId(take)}/evaluate-together`, { solves });
 
 const referencePath = (take, name) => `${byId(take)}/references/${encodeURIComponent(name)}`;
@@ -242,22 +242,22 @@ export const restoreReference = (take, name) => call("POST", `${referencePath(ta
 export const makeReport = (take, reference, language) => call("POST", `${byId(take)}/reports`, { reference, language });
 export const reportAddress = (take, name) => new URL(`${byId(take)}/reports/${encodeURIComponent(name)}`, ROOT).href;
 
-/** Begin to export solves: `{solves: [{take, solve}], format, ...}`; returns the job. */
 export const getExportFormats = () => call("GET", "exports/formats");
+/** Start exporting solves: `{solves: [{take, solve}], format, ...}`; returns the job. */
 export const makeExport = (wanted) => call("POST", "exports", wanted);
 
-/** Begin to write a camera's depth of a take as it was recorded; returns the job. */
+/** Start writing a camera's depth of a take as it was recorded; returns the job. */
 export const makeDepthExport = (take, camera) => call("POST", "exports/depth", { take, camera });
 
-/** Robots and props that exports of a take may be of; begin to write one; returns the job. */
+/** Get the robots and props that can be exported for a take; start exporting one, which returns the job. */
 export const getOtherExports = (take) => call("GET", `exports/others?${new URLSearchParams({ take })}`);
 export const makeRobotExport = (wanted) => call("POST", "exports/robot", wanted);
 export const makePropExport = (wanted) => call("POST", "exports/prop", wanted);
 
-/** Where the file of an export that is done lies. */
+/** Return the address of the file of a finished export. */
 export const exportAddress = (jobId) => new URL(`exports/${jobId}`, ROOT).href;
 
-/** Return the file of an export that is done, as a Blob. */
+/** Return the file of a finished export, as a Blob. */
 export const downloadExport = async (jobId) => (await request("GET", `exports/${jobId}`)).blob();
 
 export const getRobot = (name) => call("GET", `robots/${encodeURIComponent(name)}`);

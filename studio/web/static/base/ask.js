@@ -1,8 +1,8 @@
-// Small dialogs: whether one is sure, a name, something to be read.
+// Small dialogs: confirmation, entering a name, a text to read.
 import { h } from "./dom.js";
 import { t } from "./strings.js";
 
-/** Show a dialog with a form; return what `answer` says once it is sent, or null where it is left. */
+/** Show a dialog with a form; return the result of `answer` once it is submitted, or null if it is closed. */
 export function ask(title, content, act, danger, answer) {
   return new Promise((resolve) => {
     let result = null;
@@ -18,7 +18,7 @@ export function ask(title, content, act, danger, answer) {
   });
 }
 
-/** Tell something that is to be read, until it is closed. */
+/** Show a text until it is closed. */
 export function tell(title, content) {
   const dialog = h("dialog", { class: "ask", aria: { label: title }, onclose: () => dialog.remove() }, h("h2", {}, title),
     h("form", { class: "stack", method: "dialog" }, content, h("div", { class: "buttons" }, h("button", { type: "submit", class: "primary" }, t("message.close")))));
@@ -26,7 +26,7 @@ export function tell(title, content) {
   dialog.showModal();
 }
 
-/** Ask whether something that cannot be undone shall be done; `act`: the word on the button. */
+/** Ask for confirmation of something that cannot be undone; `act`: the label of the button. */
 export const askSure = (title, words, act) => ask(title, h("p", {}, words), act, true, () => true);
 
 /** Ask for a name; return it, or null. */

@@ -1,4 +1,4 @@
-// Canvases that are as sharp as the screen.
+// Canvases at the resolution of the screen.
 
 /** Resize a canvas' pixels to its box and clear it; return its context and size in CSS pixels. */
 export function prepare(canvas) {

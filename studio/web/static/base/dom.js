@@ -35,7 +35,7 @@ function nodeOf(child) {
   return node;
 }
 
-/** Return a new element of a drawing. */
+/** Return a new SVG element. */
 export function svg(tag, attributes, ...children) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
@@ -43,7 +43,7 @@ export function svg(tag, attributes, ...children) {
   return element;
 }
 
-/** Set an element's text only where it differs, so that screen readers and selections are left in peace. */
+/** Set an element's text only if it differs, so that screen readers and selections are not disturbed. */
 export function setText(element, text) {
   const words = text ?? "";
   if (element.textContent !== words) element.replaceChildren(nodeOf(words));
@@ -59,8 +59,8 @@ document.addEventListener("pointerdown", (event) => { held.at = event.target; },
 for (const name of ["pointerup", "pointercancel"]) document.addEventListener(name, letGo, true);
 window.addEventListener("blur", letGo);
 
-/** Call `draw`, which replaces children of an element, once the pointer is not down in it: a button that is replaced then
- * hears of no click. */
+/** Call `draw`, which replaces children of an element, once the pointer is not pressed in it: a button replaced meanwhile
+ * would get no click. */
 export function whenLetGo(element, draw) {
   const waits = held.at && element.contains(held.at);
   if (waits) held.waiting.set(element, draw);
@@ -70,8 +70,8 @@ export function whenLetGo(element, draw) {
   }
 }
 
-/** Replace an element's children, as `whenLetGo`, only where `key` (what they show, as JSON) or the language differs from the
- * last time; what is typed stays where only the language does. */
+/** Replace an element's children, as `whenLetGo`, only if `key` (what they show, as JSON) or the language has changed since
+ * the last time; typed text is kept if only the language has. */
 export function redraw(element, key, build) {
   whenLetGo(element, () => drawAnew(element, key, build));
 }
@@ -87,7 +87,7 @@ function drawAnew(element, key, build) {
   if (focused?.id) byId(focused.id)?.focus();
 }
 
-/** Return a duration [s] as m:ss.d, or mm:ss.d where `wide`. */
+/** Return a duration [s] as m:ss.d, or mm:ss.d if `wide`. */
 export function clock(seconds, wide = false) {
   const tenths = Math.max(0, Math.floor(seconds * 10));
   const minutes = String(Math.floor(tenths / 600)).padStart(wide ? 2 : 1, "0");

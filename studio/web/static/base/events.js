@@ -1,16 +1,16 @@
-// The events WebSocket: hands over messages, says how old the last one is, and connects again.
+// The events WebSocket: passes on messages, reports when the last one is too old, and reconnects.
 import { answers } from "./api.js";
 import { hear } from "./said.js";
 
-/** A status that is older says nothing of now [ms]. */
+/** Maximum age of a status that still counts as current [ms]. */
 export const FRESH_MS = 2000;
 
-/** A link that has said nothing for so long is given up for a new one [ms]. */
+/** Silence after which a connection is replaced by a new one [ms]. */
 export const DEAD_MS = 6000;
 const FIRST_RETRY_MS = 500;
 const LAST_RETRY_MS = 1000; // a server that comes back is found again at once, and its view within 3 s
 
-/** Follow the events of `url`; `onState` hears "connecting", "open" (the last message is fresh) or "gone". */
+/** Follow the events of `url`; `onState` gets "connecting", "open" (the last message is fresh) or "gone". */
 export function follow(url, { onMessage, onState }) {
   let state = "", retry = FIRST_RETRY_MS, socket = null, silence = 0;
 
@@ -26,7 +26,7 @@ export function follow(url, { onMessage, onState }) {
     retry = Math.min(LAST_RETRY_MS, retry * 2);
   };
 
-  /** Ask first, as a browser makes a WebSocket wait for seconds after many that have failed. */
+  /** Ask first: after many failed WebSockets, a browser delays the next by seconds. */
   async function again() {
     if (await answers(DEAD_MS)) open();
     else end();

@@ -1,4 +1,4 @@
-// What every page of the operator has at its top: the choice of language, and light or dark.
+// The top bar of every operator's page: choice of language, and light or dark.
 import { byId, h } from "./dom.js";
 import { LANGUAGES, chooseLanguage, language, t } from "./strings.js";
 

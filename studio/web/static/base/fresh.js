@@ -1,5 +1,5 @@
-// What a page shows once it no longer knows: of a status that is too old only what does not change by itself, and how old
-// the picture of the 3D view is. The age of the status itself is known to `events.js`.
+// What a page shows once its data is outdated: of an old status only what does not change by itself, and the age of
+// the 3D view's picture. `events.js` watches the age of the status itself.
 import { byId } from "./dom.js";
 import { DEAD_MS, FRESH_MS } from "./events.js";
 
@@ -12,25 +12,25 @@ const NOTHING = {
 
 const TONES = { live: "good", trouble: "fair", silent: "bad", gone: "bad" };
 
-/** The tone of a camera's state; that of one of which nothing is known is neither good nor bad. */
+/** Return the tone of a camera's state; an unknown state is neither good nor bad. */
 export const toneOf = (camera) => TONES[camera.state] ?? "muted";
 
-/** Return a status as it stands when nothing is known of now: `stale`, its cameras in state "unknown". */
+/** Return a status for when the current state is unknown: `stale`, its cameras in state "unknown". */
 export const unknown = (status) => ({
   ...status,
   stale: true,
   cameras: Object.fromEntries(Object.entries(status.cameras).map(([name, camera]) => [name, { ...camera, ...NOTHING }])),
 });
 
-/** Return a time of day, as `toLocaleTimeString` has it, of so many ms ago. */
+/** Return the time of day `ago` ms ago, as formatted by `toLocaleTimeString`. */
 export const timeOfDay = (language, ago = 0) => new Date(Date.now() - ago).toLocaleTimeString(language);
 
 /**
- * Watch the picture of the 3D view, which says twice a second that it is of now; `onChange` hears when it no longer is
- * (`performance.now()` of the last time) or is again (null). A view whose link has ended, or that is silent for long, is
- * loaded anew once the server is `reachable()`: what is left of its own scene does not take in another server's. One that
- * is late for a moment, on a busy machine, stays: loading it would take longer, and clicks in it would be lost. While the
- * page itself stands still, as at the first pictures without a graphics card, nobody is silent.
+ * Watch the picture of the 3D view, which reports twice a second that it is current. `onChange` is called when it no longer
+ * is (with `performance.now()` of the last report) or is again (null). A view that lost its connection, or has long been
+ * silent, is reloaded once the server is `reachable()`: its old scene cannot take in that of another server. A view that is
+ * only briefly late, on a busy machine, stays: reloading would take longer and lose clicks in it. Time in which the page
+ * itself stands still, as during the first pictures without a graphics card, does not count as silence.
  */
 export function watchPicture(onChange, reachable) {
   let heard = performance.now() + LOADING_MS - FRESH_MS, loaded = -Infinity, staleFrom = null, ended = false;

@@ -1,4 +1,4 @@
-// Work that the server does in the background: whoever began some hears how it goes.
+// Background jobs of the server: callers that started one get its progress and result.
 import { said } from "./said.js";
 import { t } from "./strings.js";
 
@@ -19,8 +19,8 @@ function tell(job) {
 }
 
 /**
- * Return the job once it is done; `onProgress` hears the share that is done, null while it waits. Throws why it failed; an
- * AbortError where it was cancelled.
+ * Return the job once it is done; `onProgress` is called with the share done, null while it waits. Throws an error with the
+ * reason if it failed, an AbortError if it was cancelled.
  */
 export function ended(job, onProgress) {
   return new Promise((done, failed) => {
@@ -29,10 +29,10 @@ export function ended(job, onProgress) {
   });
 }
 
-/** Whether a job waits or is at work. */
+/** Whether a job is waiting, running or being cancelled. */
 export const isUnderWay = (job) => job.state === "waiting" || job.state === "running" || job.state === "cancelling";
 
-/** Take in the server's list of jobs. */
+/** Handle the server's list of jobs. */
 export function hearJobs(jobs) {
   last.clear();
   for (const job of jobs) {

@@ -1,6 +1,6 @@
-// The message bar: errors stay until they are dismissed, notes leave by themselves. What a note offers to
-// take back, the Undo button and Ctrl+Z take back too, also when the note has left or the page was loaded again: the
-// last first. The button says what that is.
+// The message bar: errors stay until they are dismissed, notes disappear by themselves. The Undo button and Ctrl+Z undo
+// the same acts as the notes offer to, last first, also after the note has disappeared or the page was reloaded. The
+// button says what it undoes.
 import { byId, h } from "./dom.js";
 import { t } from "./strings.js";
 
@@ -12,7 +12,7 @@ const phone = matchMedia("(max-width: 800px)"); // as studio.css has it
 const kinds = new Map(); // {run, fits} by kind of act
 const undos = JSON.parse(sessionStorage.getItem(UNDOS) ?? "[]"); // {kind, args, text} of acts that can be, the last at the end
 
-/** Have the bar be where one looks: in the dialog that is open, else where the page has it, on a phone at the page's end. */
+/** Move the bar to where the user looks: into the open dialog, else to its place in the page, on a phone to the page's end. */
 function settle() {
   const dialog = [...document.querySelectorAll("dialog[open]")].at(-1);
   if (dialog) {
@@ -27,18 +27,18 @@ function settle() {
 /** Keep an element above the messages. */
 export const pin = (element) => bar.prepend(element);
 
-/** Have acts of a kind taken back by `run`, which gets what `showUndo` was given, where `fits` of the same says that it can be
- * now; return the kind. */
+/** Register how acts of a kind are undone: `run` gets the arguments given to `showUndo`; `fits` gets them too and says whether
+ * that is possible now. Return the kind. */
 export function undoing(kind, run, fits = () => true) {
   kinds.set(kind, { run, fits });
   showNext();
   return kind;
 }
 
-/** The act that is taken back next, if there is one. */
+/** Return the act that is undone next, if there is one. */
 const next = () => undos.findLast(({ kind, args }) => kinds.get(kind)?.fits(...args));
 
-/** Have the button say what it takes back. */
+/** Show on the button what it undoes. */
 export function showNext() {
   const button = byId("undo"), act = next();
   if (!button) return; // the page has none
@@ -53,7 +53,7 @@ function keep() {
   showNext();
 }
 
-/** Keep an act that can be taken back, without a note: what it did, its kind, and what takes it back needs to know, as JSON has it. */
+/** Keep an act that can be undone, without a note: what it did, its kind, and the arguments for undoing it, as JSON values. */
 export function keepUndo(text, kind, ...args) {
   const act = { kind, args, text };
   undos.push(act);
@@ -71,7 +71,7 @@ function perform(act) {
   return attempt(() => kinds.get(act.kind).run(...act.args));
 }
 
-/** Take back the last act that can be on this page, and say which; return whether there was one. */
+/** Undo the last act that can be undone on this page, and say which; return whether there was one. */
 export function undo() {
   const act = next();
   if (act) perform(act);
@@ -91,7 +91,7 @@ function show(text, kind, act) {
   if (kind === "note") setTimeout(() => item.remove(), NOTE_MS);
 }
 
-/** Forget an act that came to nothing. */
+/** Forget an act that had no effect. */
 export function dropUndo(act) {
   const at = undos.indexOf(act);
   if (at >= 0) undos.splice(at, 1);
@@ -104,10 +104,10 @@ export const showError = (text) => show(text, "error");
 /** Show a note for a few seconds. */
 export const showNote = (text) => show(text, "note");
 
-/** Show a note of an act that can be taken back; see `keepUndo`. */
+/** Show a note of an act that can be undone; see `keepUndo`. */
 export const showUndo = (text, kind, ...args) => show(text, "note", keepUndo(text, kind, ...args));
 
-/** Run an action; show what it throws, what was cancelled as a note, while `isWanted`. Returns its result, or undefined where it failed. */
+/** Run an action; show its error, or a note if it was cancelled, while `isWanted`. Returns its result, or undefined if it failed. */
 export async function attempt(action, isWanted = () => true) {
   try {
     return await action();

@@ -1,7 +1,7 @@
-// What is painted while something moves, and not at all otherwise: an animation frame costs, also where nothing changed in it.
+// Painting only while something moves: an animation frame has a cost even if nothing changes in it.
 const PICTURE_MS = 1000 / 30 - 4; // a display's frames come a little early or late
 
-/** Have `paint` be called 30 times a second for as long as `moves()`; return what is to be called when that may have begun. */
+/** Call `paint` 30 times a second while `moves()`; return the function to call when movement may have begun. */
 export function whileMoving(moves, paint) {
   let asked = false, painted = -Infinity;
   function next(time) {

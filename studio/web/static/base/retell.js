@@ -1,4 +1,4 @@
-// Which words the texts on the page are, so that they are said again, in place, when the language is another one.
+// Sources of the texts on the page, so that they are replaced in place when the language changes.
 const MOST = 4000; // texts with values, the latest
 const ATTRIBUTES = ["title", "aria-label", "placeholder", "alt", "label"];
 const BETWEEN = /( {1,2}· {1,2}|: |; |, | \(|\))/; // texts that stand in one
@@ -6,7 +6,7 @@ const BETWEEN = /( {1,2}· {1,2}|: |; |, | \(|\))/; // texts that stand in one
 const plain = new Map(), filled = new Map(); // text -> what says it in the language of now
 const owns = new WeakMap(); // text node or element -> {attribute or "": {text, again}}
 
-/** Note what says a text again, `hasValues`: whether there may be ever more of its kind; return the text. */
+/** Note the function that makes a text again; `hasValues`: its kind may be unlimited in number. Return the text. */
 export function remember(text, again, hasValues) {
   (hasValues ? plain : filled).delete(text);
   const map = hasValues ? filled : plain;
@@ -18,13 +18,13 @@ export function remember(text, again, hasValues) {
 
 const knownOf = (text) => plain.get(text) ?? filled.get(text);
 
-/** Note that a text which was just made stands in a text node, or as an attribute of an element: others may read alike. */
+/** Note that the text just made belongs to this text node, or attribute of an element: other texts may be identical. */
 export function own(node, name, text) {
   const again = knownOf(text);
   if (again) owns.set(node, { ...owns.get(node), [name]: { text, again } });
 }
 
-/** Return a text in the language of now; as it is where its words are not known. */
+/** Return a text in the current language; unchanged if its source is unknown. */
 export function retold(text) {
   if (typeof text !== "string") return text;
   const again = knownOf(text);
@@ -41,7 +41,7 @@ function retell(node, name, text) {
   return words;
 }
 
-/** Say all texts in an element again, in the language of now; what is typed, open or chosen stays as it is. */
+/** Replace all texts in an element by those in the current language; what is typed, open or chosen stays. */
 export function retellAll(root) {
   const walker = document.createTreeWalker(root, NodeFilter.SHOW_ELEMENT | NodeFilter.SHOW_TEXT);
   for (let node = root; node; node = walker.nextNode()) {

@@ -1,4 +1,4 @@
-// Who looks at this page: the operator, or a viewer, who sees all and changes nothing.
+// The user of this page: the operator, or a viewer, who sees all and changes nothing.
 const asked = new URLSearchParams(location.search).has("view");
 
 let role = "operator";
@@ -6,7 +6,7 @@ let role = "operator";
 /** Whether this browser may change anything. */
 export const canOperate = () => role === "operator";
 
-/** Take in what the server says of who asks; `?view` makes a viewer's page of an operator's. */
+/** Set the role that the server reports; `?view` turns an operator's page into a viewer's. */
 export function setRole(said) {
   role = asked ? "viewer" : said;
   document.body.dataset.role = role;

@@ -1,9 +1,9 @@
-// What the server says in English, in the language of the page: its reasons, verdicts, warnings and errors.
+// Translation of the server's English texts into the language of the page: reasons, verdicts, warnings and errors.
 //
-// An answer or event has beside its texts a list `said`: each sentence in it with its code and its values. `said/*.js`
-// holds the French by code, `{name}` for a value, `{name:.1f}` for a number with so many digits after the point.
-// A value may be a sentence itself, a list, or a joint. What phones say stands in the page's own words (`phone_says`).
-// What has no French is shown as it came.
+// Next to its texts, an answer or event has a list `said`: each sentence with its code and its values. `said/*.js`
+// holds the French by code, `{name}` for a value, `{name:.1f}` for a number with that many digits after the point.
+// A value may itself be a sentence, a list, or a joint. Messages from phones are in the page's strings (`phone_says`).
+// A sentence without French is shown in English.
 import blind from "./said/blind.js";
 import calibration from "./said/calibration.js";
 import devices from "./said/devices.js";
@@ -25,7 +25,7 @@ const FRENCH = { ...stage, ...calibration, ...takes, ...edits, ...exporting, ...
 const KEPT = 1000;
 const sentences = new Map(); // the last sentences heard, by their English text
 
-/** Keep the sentences of an answer, of each object in a list, or of an event; returns it. */
+/** Keep the sentences of an answer, of each object in a list, or of an event; return it. */
 export function hear(answer) {
   for (const one of Array.isArray(answer) ? answer : [answer]) {
     for (const sentence of one?.said ?? []) {
@@ -54,7 +54,7 @@ const jointWords = (name) => typeof name === "string" && template(`joint.${name.
 const translated = ({ text, code, values }) =>
   (FRENCH[code] ?? template(code))?.replace(/\{(\w+)(?::([^}]*))?\}/g, (all, name, format) => (name === "joint" && jointWords(values[name])) || worded(values[name], format)) ?? text;
 
-/** Return in the language of the page what the server says. */
+/** Return a text of the server in the language of the page. */
 export function said(text) {
   if (!text) return text;
   const sentence = language() === "en" ? undefined : sentences.get(text);

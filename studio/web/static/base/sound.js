@@ -1,4 +1,4 @@
-// Sounds for somebody who stands three metres away: made here, no file; muted by choice, which is kept.
+// Sounds to be heard from three metres away: synthesised here, no files; the choice to mute them is kept.
 const KEPT = "muted";
 const TONES = { // frequency [Hz], begin and length [s]
   tick: [[880, 0, 0.07]],
@@ -15,10 +15,10 @@ let context = null;
 /** Whether sounds are off. */
 export const isMuted = () => localStorage.getItem(KEPT) === "yes";
 
-/** Turn sounds off or on, and keep that. */
+/** Turn sounds off or on, and keep the choice. */
 export const setMuted = (muted) => localStorage.setItem(KEPT, muted ? "yes" : "no");
 
-/** Play a sound: one of tick, go, step, success, refusal. Silent before the page was touched: browsers want that. */
+/** Play a sound: one of tick, go, step, success, refusal. Silent before the first user action (browser rule). */
 export function play(name) {
   if (isMuted() || navigator.userActivation?.hasBeenActive === false) return;
   context ??= new AudioContext();

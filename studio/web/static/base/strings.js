@@ -1,9 +1,9 @@
 // Every word of the interface, in English and French: `t("key", {values})`, and `data-t` attributes in templates.
 //
-// The words stand in `strings/`, a file per part of the page, as `"key": ["English", "French"]`. `{name}` is a
-// value; `{n} take|{n} takes` has a singular and a plural, chosen by the value `n`. An English text that is null
-// comes from the server, which `serverText` falls back to. `retell.js` notes what each text was made of, so that another language
-// is shown in place; what is drawn, or written as a language has dates, hears the window's `language`.
+// The words are in `strings/`, one file per part of the page, as `"key": ["English", "French"]`. `{name}` is a
+// value; `{n} take|{n} takes` has a singular and a plural, chosen by the value `n`. If an English text is null,
+// `serverText` uses the server's. `retell.js` notes the source of each text, so that a change of language
+// shows in place; code that draws, or formats dates, listens to the window's `language` event.
 import { own, remember, retellAll, retold } from "./retell.js";
 import access from "./strings/access.js";
 import blind from "./strings/takes/blind.js";
@@ -56,7 +56,7 @@ function use(code) {
   document.documentElement.lang = code;
 }
 
-/** Keep another language and show the page in it, as it stands; the window hears `language`. */
+/** Store the chosen language and show the page in it, in place; dispatches `language` on the window. */
 export function chooseLanguage(wanted) {
   localStorage.setItem(KEPT, wanted);
   use(wanted);
@@ -64,7 +64,7 @@ export function chooseLanguage(wanted) {
   window.dispatchEvent(new Event("language"));
 }
 
-/** Return a text whose spaces before two-part marks do not break a line, as French has them. */
+/** Return a text in which French spaces around punctuation do not break a line. */
 export const unbroken = (text) => (language() === "fr" ? text.replace(/ ([?!:;»%])/g, "\u00a0$1").replace(/« /g, "«\u00a0") : text);
 
 /** Return the words of a key with its values filled in. */
@@ -81,19 +81,19 @@ export function t(key, values = {}) {
   return remember(words, again, Object.keys(values).length > 0);
 }
 
-/** Return a text as it stands, its values not filled in: that of the page's language, or the English one; undefined where there is none. */
+/** Return a text without its values filled in: in the page's language, or in English; undefined if there is none. */
 export const template = (key, english = false) => TEXTS[key]?.[english ? 0 : column];
 
-/** Return a text without accents and capitals, as people search. */
+/** Return a text without accents and capitals, for searching. */
 export const plain = (text) => text.normalize("NFD").replace(/\p{Diacritic}/gu, "").toLowerCase();
 
 /** Whether there are words for a key. */
 export const hasText = (key) => typeof TEXTS[key]?.[column] === "string";
 
-/** Return the words of a key, or where there are none in this language what the server said. */
+/** Return the words of a key, or the server's text if there are none in this language. */
 export const serverText = (key, said) => remember(hasText(key) ? t(key) : said, () => serverText(key, said), true);
 
-/** Return a number as the language writes it, with so many digits after the point. */
+/** Return a number as the language writes it, with `digits` digits after the point. */
 export const number = (value, digits = 0) => remember(
   value.toLocaleString(language(), { minimumFractionDigits: digits, maximumFractionDigits: digits, signDisplay: "negative" }), () => number(value, digits), true);
 

@@ -1,5 +1,5 @@
-// Light or dark, before the first picture: the choice kept in this browser, else what the system asks for. And a page
-// whose words are not the English ones of its template waits for them (`strings.js`) instead of changing before one's eyes.
+// Light or dark, set before the first picture: the choice kept in this browser, else the system's setting. A page in
+// another language than its English template waits for its words (`strings.js`) instead of changing visibly.
 (() => {
   const system = matchMedia("(prefers-color-scheme: light)");
   const show = () => {

@@ -1,6 +1,6 @@
-// Requests that go out one after the other: of two that are made quickly the second one stands.
+// Requests sent one after the other: of two made in quick succession, the second prevails.
 
-/** Return a queue: a function that runs each action after those before it, and gives what it gives. */
+/** Return a queue: a function that runs each action after those before it, and returns its result. */
 export function turns() {
   let last = Promise.resolve();
   return (action) => {

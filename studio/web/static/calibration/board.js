@@ -1,4 +1,4 @@
-// Fields of a board that a take's videos show, with sheets to print: it gives cameras without depth the size of the stage.
+// Fields for a board visible in a take's videos, with sheets to print: it gives cameras without depth the scale of the stage.
 import { byId, h } from "../base/dom.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
@@ -6,7 +6,7 @@ import { t } from "../base/strings.js";
 const TAGS = 4; // sheets that are offered; any number of tags may lie there
 const board = { kind: "", tag: 160, family: "36h11", columns: 5, rows: 7, square: 38, marker: 28, dictionary: "4x4_50" };
 
-/** The board as a request has it; undefined: none. */
+/** Return the board in the form of the request; undefined: none. */
 export const boardNow = () => (board.kind ? boardText() : undefined);
 
 function boardText() {
@@ -27,7 +27,7 @@ function choiceField(name, values) {
   }, values.map((one) => h("option", { value: one, selected: one === board[name] }, one))));
 }
 
-/** Opens a sheet of the board as it is typed then. */
+/** Return a button that opens a sheet of the board as entered at the time of the click. */
 function sheet(text, number) {
   const print = () => {
     if (byId("board").closest("form").reportValidity()) window.open(`api/v1/boards/${encodeURIComponent(boardText())}?number=${number}`, "_blank", "noopener");
@@ -44,7 +44,7 @@ function fields({ families, dictionaries }) {
     choiceField("dictionary", dictionaries), sheet(t("board.print"), 0)];
 }
 
-/** The choice of a board and its fields; `why`: why there can be none, in words. */
+/** Return the choice of a board and its fields; `why`: the reason why no board is possible, in words. */
 export function boardFields(boards, why, changed) {
   const reason = why || (boards.missing && said(boards.missing));
   if (reason) board.kind = "";

@@ -84,7 +84,7 @@ function badge(state, busy, stale) {
   return verdicts.every((verdict) => verdict === "good") ? ["good", "good"] : ["usable", "fair"];
 }
 
-/** Show the status' calibration; `ready`: whether a camera is connected. */
+/** Show the calibration of a status; `ready`: whether a camera is connected. */
 export function updateCalibration({ calibration: state, stale }, colours, ready) {
   const busy = BUSY.includes(state.attempt.state);
   const [words, tone] = badge(state, busy, stale);

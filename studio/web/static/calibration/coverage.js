@@ -6,7 +6,7 @@ const WIDE = 4; // cells to either side of the camera that are always shown
 const FAR = 9; // and away from it
 const ENOUGH_POINTS = 600, ENOUGH_CELLS = 8; // as the server asks for
 
-/** Share of what a calibration needs of a camera, 0 to 1. */
+/** Return how much of what a calibration needs from a camera is there, 0 to 1. */
 export function coverageShare({ points, cells }) {
   return Math.min(1, points / ENOUGH_POINTS, cells.length / ENOUGH_CELLS);
 }

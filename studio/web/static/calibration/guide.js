@@ -1,4 +1,4 @@
-// What the wizard and the remote control say: from the stage's status to a step, words, a number, and sounds.
+// Texts and sounds of the wizard and the remote control: turns the stage's status into a step, words, a number, and sounds.
 import { said } from "../base/said.js";
 import { number, t } from "../base/strings.js";
 import { reasonsOf } from "./verdict.js";
@@ -11,10 +11,10 @@ const GATHERED = 0.9; // share of the progress at which all frames are there
 
 const connected = (status) => Object.values(status.cameras).filter((camera) => camera.connected);
 
-/** Whether nobody hears what is said: all cameras are simulated, and so is the performer. */
+/** Whether nobody hears the instructions: all cameras are simulated, and so is the performer. */
 export const simulated = (status) => connected(status).length > 0 && connected(status).every((camera) => camera.device.startsWith("simulated"));
 
-/** Return the step that the stage is in, given the one before. */
+/** Return the current step of the stage, given the previous one. */
 export function stepOf(status, before) {
   const { attempt, tpose } = status.calibration;
   if (status.stale) return before;
@@ -25,12 +25,12 @@ export function stepOf(status, before) {
   return before;
 }
 
-/** Seconds that are left of a calibration's frames. */
+/** Return the seconds left for gathering a calibration's frames. */
 export function walkLeft(attempt) {
   return Math.max(0, attempt.seconds * (1 - attempt.progress / GATHERED));
 }
 
-/** The verdict on the whole stage: that of its worst camera, or refused. */
+/** Return the verdict on the whole stage: that of its worst camera, or refused. */
 export function verdictOf(attempt) {
   if (attempt.state === "failed") return "refused";
   const verdicts = Object.values(attempt.cameras).map((camera) => camera.verdict);
@@ -75,7 +75,7 @@ function poseSaying(calibration, alone) {
   return { tone: "plain", big: t("wizard.t_pose"), small: t(alone ? "wizard.simulated_pose" : "wizard.t_pose_hint") };
 }
 
-/** What is said at a step: `tone`, `big` and `small` words, `seconds` that run down (of a `kind`), `reasons`. */
+/** Return what is shown at a step: `tone`, `big` and `small` words, a countdown in `seconds` (of a `kind`), `reasons`. */
 export function sayingOf(status, step) {
   const { calibration } = status;
   if (status.stale) return { tone: "plain", big: t("stale.unknown"), small: t("connection.gone"), reasons: [] };
@@ -87,7 +87,7 @@ export function sayingOf(status, step) {
   return { tone: "good", big: t("wizard.ready"), small: height ? t("wizard.ready_height", { height: number(height, 2) }) : "" };
 }
 
-/** Sounds for what has changed between two statuses' calibrations. */
+/** Return the sounds for the changes between two calibration states. */
 export function soundsOf(before, after) {
   if (!before) return [];
   const was = { walk: before.attempt.state, pose: before.tpose.state };

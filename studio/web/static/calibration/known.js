@@ -1,4 +1,4 @@
-// What is known before cameras without depth are calibrated: the performer's height, and their lenses.
+// Known values for calibrating cameras without depth: the performer's height, and their lenses.
 import { byId, h } from "../base/dom.js";
 import { t } from "../base/strings.js";
 
@@ -8,10 +8,10 @@ const USUAL = { field: { value: "65", off: "2" }, focal: { value: "", off: "" } 
 const TALL = ["performer-tall", "wizard-tall", "take-tall"]; // fields of one height
 const known = { height: "", same: false, lenses: new Map() }; // camera -> {kind, value, off, file, text}
 
-/** Whether a joint set is that of cameras that see no depth. */
+/** Whether a joint set belongs to cameras without depth. */
 export const seesNoDepth = (jointSet) => jointSet === LANDMARKS;
 
-/** Names of the connected cameras that see no depth. */
+/** Return the names of the connected cameras without depth. */
 export const withoutDepth = (cameras) => Object.entries(cameras)
   .filter(([, camera]) => camera.connected && seesNoDepth(camera.joint_set)).map(([name]) => name).sort();
 
@@ -22,7 +22,7 @@ function typeHeight(value) {
   for (const id of TALL) if (byId(id) && byId(id).value !== value) byId(id).value = value;
 }
 
-/** The performer's height: cameras that see no depth do not measure it. */
+/** Return a field for the performer's height: cameras without depth do not measure it. */
 export function tallField(id) {
   return h("label", { class: "pair", title: t("performer.tall_hint") }, t("performer.tall"), h("input", {
     id, type: "number", min: 0.8, max: 2.3, step: 0.01, placeholder: "1.75", value: known.height,
@@ -30,7 +30,7 @@ export function tallField(id) {
   }));
 }
 
-/** What is given to a calibration of these cameras without depth, as its request has it. */
+/** Return the known values for calibrating these cameras without depth, in the form of the request. */
 export function knownNow(flat) {
   const lenses = {};
   for (const name of flat) {
@@ -46,7 +46,7 @@ export function knownNow(flat) {
   };
 }
 
-/** What the fields are drawn anew for. */
+/** Return the key by which the fields are redrawn. */
 export const knownShown = (flat) => flat.map((name) => [name, lensOf(name).kind, lensOf(name).file]);
 
 function numberField(name, what, unit) {
@@ -85,7 +85,7 @@ function lensRow(name, changed) {
   return h("li", { class: "lens" }, h("strong", {}, name), choose, fields);
 }
 
-/** Fields of what is known of these cameras without depth; `place` begins their ids, `changed()` hears that other fields are needed. */
+/** Return the fields for known values of these cameras without depth; `place`: prefix of their ids; `changed()`: other fields are needed. */
 export function knownFields(flat, place, changed) {
   if (!flat.length) return [];
   const same = h("input", { id: `${place}-same`, type: "checkbox", checked: known.same, onchange: (event) => { known.same = event.currentTarget.checked; } });

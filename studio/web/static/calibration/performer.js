@@ -1,4 +1,4 @@
-// The performer panel: measure in a T-pose (T), or choose somebody who was measured before.
+// The performer panel: measure in a T-pose (T), or choose a performer measured earlier.
 import { byId, h, redraw, setText } from "../base/dom.js";
 import { cancelTPose, choosePerformer, getPerformers, startTPose } from "../base/api.js";
 import { attempt, showNote } from "../base/messages.js";
@@ -52,7 +52,7 @@ function words(tpose) {
   return state === "idle" ? "" : said(message);
 }
 
-/** Show the status' T-pose; `ready`: whether a camera is connected. */
+/** Show the T-pose of a status; `ready`: whether a camera is connected. */
 export function updatePerformer({ calibration, cameras, stale }, ready) {
   const { tpose } = calibration;
   const busy = BUSY.includes(tpose.state);
@@ -67,7 +67,7 @@ export function updatePerformer({ calibration, cameras, stale }, ready) {
   byId("tpose-words").className = `tpose ${busy ? "large" : ""} ${tpose.state === "failed" ? "bad" : ""}`;
 }
 
-/** Ask for the profiles, and listen for the T key. */
+/** Load the profiles, and listen for the T key. */
 export function startPerformer() {
   attempt(loadProfiles);
   startWizard(nameNow);

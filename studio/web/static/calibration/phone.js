@@ -1,4 +1,4 @@
-// A phone as remote control: its address, and a QR code that signs it in where the studio asks for that.
+// A phone as remote control: its address, and a QR code that signs it in if the studio requires that.
 import { byId, h } from "../base/dom.js";
 import { invitePhone } from "../base/api.js";
 import { attempt } from "../base/messages.js";

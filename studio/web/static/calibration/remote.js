@@ -1,4 +1,4 @@
-// The remote control on a phone: what the stage is at, and the three buttons that a performer needs.
+// The remote control on a phone: the current step of the stage, and the three buttons that a performer needs.
 import { byId, clock, h, redraw, setText } from "../base/dom.js";
 import {
   cancelTPose, eventsUrl, finishCalibration, getView, startCalibration, startRecording, startTPose, stopRecording,
@@ -15,7 +15,7 @@ import { number, t } from "../base/strings.js";
 const TICK_MS = 100;
 const state = { step: "cameras", status: null, heardAt: 0, colours: {}, people: [], busy: false, second: null };
 
-/** Do what a button says, while no button can be pressed; what is refused is said in its place. */
+/** Do the action of a button, with all buttons disabled meanwhile; a refusal is shown in the place for messages. */
 async function act(action) {
   setBusy(true);
   setText(byId("messages"), "");
@@ -75,7 +75,7 @@ function personRow(one) {
     h("span", {}, t(`people.state.${one.state}`)), h("span", { class: "muted" }, one.height_m ? `${number(one.height_m, 2)} m` : ""));
 }
 
-/** Show everybody on a stage of several, and what may be lost. */
+/** Show all people on a stage of several performers, and the warnings about them. */
 function showPeople({ performers, performer_warnings: warnings }) {
   redraw(byId("people"), [performers, warnings, state.people], () => [
     ...performers.map(personRow), ...warnings.map((words) => h("li", { class: "person-warning" }, said(words))),
@@ -96,7 +96,7 @@ function show() {
   count();
 }
 
-/** Show the seconds that run down, also between two statuses. */
+/** Update the countdown, also between two statuses. */
 function count() {
   if (!state.status) return;
   const saying = state.status.recording.active && !state.status.stale ? {} : sayingOf(state.status, state.step);

@@ -1,24 +1,24 @@
-// What a calibration says of each camera: its verdict, how far its joints are from the others', and the reasons with advice.
+// Result of a calibration per camera: verdict, distance of its joints to the reference camera's, and reasons with advice.
 import { h } from "../base/dom.js";
 import { said } from "../base/said.js";
 import { number, t } from "../base/strings.js";
 
-/** A reason as the server words it: what is wrong, and after a colon what to do. */
+/** Split a reason of the server: what is wrong, and after a colon what to do. */
 export function adviceOf(reason) {
   const colon = /\s?: /.exec(reason);
   return colon ? [reason.slice(0, colon.index), reason.slice(colon.index + colon[0].length)] : [reason, ""];
 }
 
-/** All cameras' reasons: `[camera, what is wrong, what to do]`. */
+/** Return all cameras' reasons: `[camera, what is wrong, what to do]`. */
 export const reasonsOf = (cameras) => Object.entries(cameras).flatMap(([name, camera]) => camera.reasons.map((reason) => [name, ...adviceOf(said(reason))]));
 
-/** How far a camera's joints were from the others' in the walk; one that was refused at once has no figure. */
+/** Return the distance of a camera's joints to the reference camera's in the walk; a camera refused at once has no figure. */
 function residualOf({ residual_median_mm: median, residual_p95_mm: p95 }, isReference) {
   if (isReference && !median) return t("camera.reference");
   return typeof median === "number" ? t("wizard.residual", { median: number(median), p95: number(p95) }) : "–";
 }
 
-/** A card for each camera; `colours`: by camera. */
+/** Return a card for each camera; `colours`: by camera. */
 export function verdictCards(cameras, reference, colours = {}) {
   const reasons = reasonsOf(cameras);
   return Object.entries(cameras).sort().map(([name, camera]) => h("li", { class: "wizard-card verdict" },

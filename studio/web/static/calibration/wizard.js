@@ -61,7 +61,7 @@ function cameraCards() {
     camera.connected && h("span", { class: "muted" }, t("camera.fps", { fps: number(camera.fps) }))));
 }
 
-/** How far a camera's joints are from the reference's at the moment: a number in large letters, and what it is. */
+/** Return the current distance of a camera's joints to the reference's: a number in large letters, and its meaning. */
 function residualNow(name) {
   if (state.status.cameras[name]?.reference) return [h("span", {}, t("camera.reference"))];
   const median = state.status.calibration.attempt.estimates?.[name]?.residual_median_mm;
@@ -86,7 +86,7 @@ function cards() {
   return state.step === "verdict" ? verdictCards(cameras, reference, state.colours) : [];
 }
 
-/** How the performer is to stand, seen from the front. */
+/** Return a picture of the pose for the performer, seen from the front. */
 const posePicture = () => svg("svg", { viewBox: "0 0 200 192", role: "img", "aria-label": t("wizard.pose_picture") },
   svg("circle", { cx: 100, cy: 20, r: 14 }), svg("path", { d: "M14 54H186M100 54v60M90 60v56L82 180M110 60v56L118 180M82 180h-12M118 180h12" }));
 
@@ -108,7 +108,7 @@ function steps() {
     h("span", {}, at < now ? "✓" : String(at + 1)), t(`wizard.step.${step}`)));
 }
 
-/** Draw what is said now. */
+/** Show the current step. */
 function show() {
   if (!isOpen() || !state.status) return;
   const saying = sayingOf(state.status, state.step);
@@ -130,7 +130,7 @@ function show() {
   count(saying);
 }
 
-/** Show the seconds that run down, and tick with them, also between two statuses. */
+/** Update the countdown and its ticks, also between two statuses. */
 function count(saying = state.status && sayingOf(state.status, state.step)) {
   if (!isOpen() || !saying) return;
   const running = saying.seconds !== undefined;
@@ -162,8 +162,8 @@ export function openWizard() {
   open(false);
 }
 
-/** Take in a status: go on to the step that the stage is in; a walk or a T-pose that somebody begins opens the wizard. A
- * simulated performer walks by itself, and is seen meanwhile. */
+/** Handle a status: continue to the current step of the stage. A walk or T-pose started outside it opens the wizard. The walk
+ * of a simulated performer does not, so that the performer stays visible. */
 export function updateWizard(status, colours) {
   const before = state.status?.calibration;
   Object.assign(state, { status, colours, heardAt: performance.now() });
@@ -180,7 +180,7 @@ export function updateWizard(status, colours) {
   show();
 }
 
-/** Begin; `name` returns what is typed of the performer, for the T-pose. */
+/** Start; `name` returns the typed name of the performer, for the T-pose. */
 export function startWizard(name) {
   state.name = name;
   byId("remote-link").addEventListener("click", (event) => {

@@ -1,5 +1,5 @@
-// The dialog that adds cameras: devices of the server's machine by a click, simulated ones, a recording, or a device on
-// another machine, by a command or a QR code.
+// The dialog that adds cameras: devices on the server's machine by a click, simulated ones, a recording, or a device on
+// another machine by a command or a QR code.
 import { getRecordings, inviteCamera, openLocalCameras } from "../base/api.js";
 import { commandFor } from "./camera_command.js";
 import { announcedPart } from "./announced.js";

@@ -1,4 +1,4 @@
-// Cameras on other machines that wait for a studio, in the dialog that adds cameras: a code and a click connect one.
+// Cameras on other machines waiting for a studio, in the dialog that adds cameras: a code and a click connect one.
 import { onlyHere } from "../base/address.js";
 import { callCamera, getAnnounced, letCameraGo } from "../base/api.js";
 import { byId, h, redraw } from "../base/dom.js";
@@ -9,7 +9,7 @@ import { commandBox, labelOf } from "./camera_command.js";
 
 const WAITING = "studio camera --source SOURCE --name NAME --wait";
 
-/** Ask which cameras wait, and show them. */
+/** Request the waiting cameras, and show them. */
 export async function showAnnounced() {
   const list = await getAnnounced().catch(() => null); // a server that is away is told by the page
   if (list && byId("announced")) draw(list);
@@ -59,6 +59,6 @@ function hints(on, problem, count) {
   ].filter(Boolean);
 }
 
-/** The part of the dialog with the cameras that wait. */
+/** Return the part of the dialog with the waiting cameras. */
 export const announcedPart = () => h("section", { class: "devices" },
   h("h3", {}, t("announced.title")), h("ul", { id: "announced" }), h("div", { id: "announced-none", class: "stack" }));

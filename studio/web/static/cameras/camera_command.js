@@ -4,16 +4,16 @@ import { t } from "../base/strings.js";
 
 const COPIED_MS = 1500;
 
-/** Devices: what `--source` takes, and what people call them. */
+/** Devices: value of `--source`, and common name. */
 export const SOURCES = [
   ["realsense", "Intel RealSense"], ["orbbec", "Orbbec"], ["azure-kinect", "Azure Kinect"], ["kinect-v2", "Kinect v2"],
   ["openni", "Kinect v1, Xtion (OpenNI)"],
 ];
 
-/** What people call a kind of source. */
+/** Return the common name of a kind of source. */
 export const labelOf = (kind) => SOURCES.find(([source]) => source === kind)?.[1] ?? kind;
 
-/** A command in a box with a button that copies it; where that is not allowed, its text is selected. */
+/** Return a box with a command and a button that copies it; if copying is not allowed, its text is selected. */
 export function commandBox(command) {
   const code = h("code", { tabIndex: 0 }, command);
   const button = h("button", { class: "small", type: "button", onclick: () => copy() }, t("message.copy"));
@@ -29,10 +29,10 @@ export function commandBox(command) {
   return h("p", { class: "copy" }, code, button);
 }
 
-/** The command that starts a device's client, `invitation`: the studio's `server` and perhaps a `token`. */
+/** Return the command that starts a device's client; `invitation`: the studio's `server` and optionally a `token`. */
 export const commandOf = (source, { server, token }) => `studio camera --source ${source} --server ${server}${token ? ` --token ${token}` : ""}`;
 
-/** A choice of the device with the command for it. */
+/** Return a choice of the device with the command for it. */
 export function commandFor(invitation) {
   const box = h("div", {});
   const show = () => box.replaceChildren(commandBox(commandOf(choice.value, invitation)));

@@ -1,4 +1,4 @@
-// The page behind the QR code: the command for the machine of a camera. Its token is in the address after `#`.
+// The page behind the QR code: the command for a camera's machine. Its token is in the address after `#`.
 import { commandFor } from "./camera_command.js";
 import { byId } from "../base/dom.js";
 

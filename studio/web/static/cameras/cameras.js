@@ -20,7 +20,7 @@ function health(camera) {
 
 const signed = (value, digits) => `${value < 0 ? "−" : "+"}${number(Math.abs(value), digits)}`;
 
-/** Rate, delay, how well it is in step and how sure it is: name, value, and what that is. */
+/** Return rate, delay, clock error and confidence as `[name, value]`. */
 function figures(camera) {
   const { error_ms: error } = camera.clock;
   const shown = (value, text) => (value === null || value === undefined ? "–" : text);
@@ -32,7 +32,7 @@ function figures(camera) {
   ];
 }
 
-/** How the camera's clock stands to the stage clock, for whoever points at it. */
+/** Return the offset and drift of the camera's clock against the stage clock, for the tooltip. */
 function clockWords(camera) {
   const { offset_ms: offset, drift_ppm: drift } = camera.clock;
   const parts = [t("camera.step_hint")];
@@ -43,7 +43,7 @@ function clockWords(camera) {
   return parts.join(" ");
 }
 
-/** What is out of the ordinary: frames that did not come, a clock that jumped, what the client keeps. */
+/** Return what is unusual: lost frames, disagreement with the other cameras, clock jumps, frames kept by the client. */
 function remarks(camera) {
   const parts = [];
   if (camera.loss_percent) parts.push(t("camera.lost", { percent: number(camera.loss_percent) }));
@@ -55,7 +55,7 @@ function remarks(camera) {
   return parts.join("  ·  ");
 }
 
-/** A number that changes every other second, so that the picture is fetched anew. */
+/** Return the address of a camera's preview; it changes with every tenth preview, so that the picture is fetched again. */
 const preview = (name, camera) => `/api/v1/cameras/${encodeURIComponent(name)}/preview?n=${Math.floor(camera.previews / 10)}`;
 
 function row(name, camera, colour, device) {
@@ -74,7 +74,7 @@ function row(name, camera, colour, device) {
       onclick: () => attempt(() => (device.network ? letCameraGo : disconnectDevice)(device.id)) }, t("devices.disconnect")));
 }
 
-/** A choice of the camera whose clock is the stage clock; apart from the list, which is drawn anew all the time. */
+/** Return a choice of the camera whose clock is the stage clock; separate from the list, which is redrawn all the time. */
 function reference(names, now) {
   const select = h("select", {
     id: "reference", title: t("camera.reference_hint"),
@@ -90,14 +90,14 @@ function updateReference(cameras, recording) {
   redraw(byId("cameras-reference"), [names, now, shown], () => (shown ? reference(names, now) : []));
 }
 
-/** Devices whose clients have ended by themselves, and why. */
+/** Return the devices whose clients ended by themselves, and why. */
 const ended = (devices) => devices.filter((one) => one.state === "ended").map(({ id, camera, problem }) => h("div", { class: "ended" },
   h("p", { class: "words bad" }, `${camera}: ${said(problem)}`),
   h("div", { class: "buttons operate" },
     h("button", { class: "small", type: "button", onclick: () => showAddCamera() }, t("devices.connect_again")),
     h("button", { class: "small", type: "button", onclick: () => attempt(() => disconnectDevice(id)) }, t("message.dismiss")))));
 
-/** What there is to do while no camera was ever here. */
+/** Return what to do while no camera has ever connected. */
 function nobody(devices) {
   return h("div", { class: "no-camera" },
     h("p", { class: "empty" }, t("cameras.none")),
@@ -110,7 +110,7 @@ function nobody(devices) {
     onlyHere() && h("p", { class: "empty" }, t("cameras.only_here")));
 }
 
-/** The cameras that run on the server's machine, with a way to stop them, and the way to more. */
+/** Return the part about cameras on the server's machine, with buttons to stop them and to add more. */
 function below(local) {
   const broken = Object.entries(local.cameras).filter(([, camera]) => !camera.running && camera.problem);
   return [
@@ -125,7 +125,7 @@ function below(local) {
   ].filter(Boolean);
 }
 
-/** Show the cameras of a status (by name) in their colours, and those that run on the server's machine (`local`). */
+/** Show the cameras of a status (by name) in their colours, and those on the server's machine (`local`). */
 export function updateCameras(cameras, colours, recording, local) {
   const names = Object.keys(cameras).sort();
   const connected = names.filter((name) => cameras[name].connected).length;

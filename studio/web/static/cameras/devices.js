@@ -1,4 +1,4 @@
-// The devices of the server's machine in the dialog that adds cameras: a picture of each, Connect and Disconnect.
+// The devices on the server's machine in the dialog that adds cameras: a picture of each, Connect and Disconnect.
 import { connectDevice, disconnectDevice, getDevices, searchDevices, takeDevicePicture } from "../base/api.js";
 import { byId, h, redraw } from "../base/dom.js";
 import { attempt } from "../base/messages.js";
@@ -15,7 +15,7 @@ const isSimulated = ({ kind }) => kind.startsWith(SIMULATED);
 const nameOf = ({ device }) => said(device);
 const canOpen = ({ state: now }) => now === "free" || now === "ended";
 
-/** Take in what the server says four times a second: the devices that a click has connected, and the cameras. */
+/** Handle what the server reports four times a second: the devices connected by a click, and the cameras. */
 export function hearDevices(clicked, cameras, recording) {
   Object.assign(state, { cameras, recording });
   const key = JSON.stringify(clicked);
@@ -24,7 +24,7 @@ export function hearDevices(clicked, cameras, recording) {
   if (state.dialog?.open) look();
 }
 
-/** Begin to look for devices, and show them in the elements `devices` and `simulated-devices` while the dialog is open. */
+/** Start searching for devices, and show them in the elements `devices` and `simulated-devices` while the dialog is open. */
 export async function showDevices(dialog) {
   Object.assign(state, { dialog, list: null, asked: new Set() });
   dialog.addEventListener("close", () => clearTimeout(state.timer), { once: true });
@@ -46,7 +46,7 @@ async function look() {
   follow();
 }
 
-/** Ask again while the list is about to change, and for the next picture. */
+/** Schedule the next request, sooner while the list is about to change, and take the next picture. */
 function follow() {
   clearTimeout(state.timer);
   if (!state.dialog.open || !state.list) return;
@@ -55,7 +55,7 @@ function follow() {
   nextPicture();
 }
 
-/** Have pictures taken of devices that are free, one after the other. */
+/** Have pictures taken of free devices, one after the other. */
 async function nextPicture() {
   const next = state.list.devices.find((one) => canOpen(one) && !one.pictures && !one.picture_problem && !state.asked.has(one.id));
   if (state.taking || !next || state.recording) return;
@@ -95,7 +95,7 @@ function draw() {
   byId("devices-search").disabled = searching;
 }
 
-/** Have a list show devices; the parts of one that did not change stay, with what is typed in them. */
+/** Show devices in a list; unchanged parts of a device stay, with what is typed in them. */
 function fill(list, devices) {
   const rows = devices.map((one) => byId(`device-${one.id}`) ?? h("li", { class: "device", id: `device-${one.id}` },
     h("div", { class: "look" }), h("div", { class: "about" }), h("div", { class: "act" })));
@@ -146,7 +146,7 @@ function acting(device) {
     h("button", { class: "small", type: "button", aria: { label: t("devices.again_label", words) }, onclick: () => pictureAgain(id) }, t("devices.again")));
 }
 
-/** The part of the dialog with the devices that are plugged in. */
+/** Return the part of the dialog with the devices that are plugged in. */
 export const devicesPart = () => h("section", { class: "devices" },
   h("div", { class: "devices-head" }, h("h3", {}, t("devices.title")),
     h("button", { class: "small", id: "devices-search", type: "button", onclick: search }, t("devices.search"))),

@@ -1,11 +1,11 @@
-// Levels beside the Record button: per camera, how much of what it should give arrives, and how sure it is.
+// Levels next to the Record button: per camera, the share of expected frames that arrive, and its confidence.
 import { byId, h, redraw } from "../base/dom.js";
 import { t } from "../base/strings.js";
 
 const FULL_FPS = 30;
 const GOOD = 0.75, FAIR = 0.4;
 
-/** 0..1: its confidence where it says one, else its frames; nothing where it sees nobody; null where nothing is known. */
+/** Return the level 0..1: the lower of frame share and reported confidence; at most 0.15 without a performer; null if unknown. */
 function levelOf(camera) {
   if (camera.state === "unknown") return null;
   if (!camera.connected || camera.state === "silent") return 0;
@@ -18,7 +18,7 @@ const toneOf = (level) => (level === null ? "muted" : level >= GOOD ? "good" : l
 
 const rounded = (level) => (level === null ? null : Math.round(level * 20) / 20);
 
-/** Show the levels of a status' cameras in their colours. */
+/** Show the levels of a status's cameras in their colours. */
 export function updateLevels(cameras, colours) {
   const levels = Object.entries(cameras).sort().map(([name, camera]) => [name, rounded(levelOf(camera)), colours[name]]);
   redraw(byId("levels"), levels, () => levels.map(([name, level, colour]) => h("span", {

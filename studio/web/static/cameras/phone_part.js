@@ -1,4 +1,4 @@
-// The part of the dialog that adds a phone: on a press, a QR code for one phone, and what stands in its way.
+// The part of the dialog that adds a phone: on a press, a QR code for one phone, or what prevents it.
 import { getPhonesVideo, invitePhoneCamera, putPhonesVideo } from "../base/api.js";
 import { commandBox } from "./camera_command.js";
 import { h } from "../base/dom.js";
@@ -7,7 +7,7 @@ import { t } from "../base/strings.js";
 
 const OPEN = "studio serve --host 0.0.0.0", CERTIFICATE = "studio certificate";
 
-/** What to do where no phone can open the page: the commands, one after the other. */
+/** Return what to do if no phone can open the page: the commands, one after the other. */
 function obstacle({ local, secure }) {
   if (!local && secure) return null;
   return [
@@ -34,7 +34,7 @@ function shown(invitation, again) {
   ];
 }
 
-/** The switch that asks all phones for video. */
+/** Return the switch that requests video from all phones. */
 function keepVideo() {
   const box = h("input", { id: "phones-video", type: "checkbox", disabled: true, onchange: () => tell(() => putPhonesVideo(box.checked)) });
   const tell = async (ask) => {
@@ -45,7 +45,7 @@ function keepVideo() {
   return h("label", { class: "row", title: t("phones.keep_video_hint") }, box, t("phones.keep_video"));
 }
 
-/** The part; nothing is invited before the button is pressed. */
+/** Return the part; no invitation is made before the button is pressed. */
 export function phonePart() {
   const place = h("div", { id: "phone-invitation", class: "stack" });
   const show = async () => {

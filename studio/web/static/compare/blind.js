@@ -1,4 +1,4 @@
-// The operator's page of blind tests: make one of two solves, hand out its link, see the votes come in.
+// The operator's page of blind tests: make a test of two solves, share its link, watch the votes.
 import { linkTo, onlyHere, setAddress } from "../base/address.js";
 import { byId, h, redraw } from "../base/dom.js";
 import { blindAction, createBlindTest, createThesisTest, getAccess, getBlindResults, getBlindTests, getTakes, showBlindSlot } from "../base/api.js";
@@ -102,7 +102,7 @@ function make(event) {
   });
 }
 
-/** Make a test of a file that holds what the API takes. */
+/** Create a test from a JSON file in the format of the API. */
 async function makeFromFile(event) {
   const [file] = event.currentTarget.files;
   event.currentTarget.value = "";
@@ -150,7 +150,7 @@ function form() {
       }))));
 }
 
-/** A bar of two shares with the interval of the first. */
+/** Return a bar of two shares with the interval of the first. */
 function bar(pair) {
   if (!pair.of) return h("p", { class: "muted" }, t("blind.no_votes"));
   return h("div", { class: "bar", role: "img", aria: { label: `${shareOf(pair.a, pair.votes_a, pair.of)}; ${shareOf(pair.b, pair.votes_b, pair.of)}` } },

@@ -1,4 +1,4 @@
-// The compare view: a second motion beside the one that is replayed, how far they are apart, and the figures of both.
+// The compare view: a second motion next to the replayed one, the distance between them, and the figures of both.
 import { byId, clock, h, redraw, setText } from "../base/dom.js";
 import { compareMotions, getFigures } from "../base/api.js";
 import { drawDifference, nearest } from "./compare_curve.js";
@@ -26,10 +26,10 @@ const sideKey = (side) => (side.reference ? `${side.take}|ref:${side.reference}`
 const takeOf = (id) => state.takes.find((one) => one.id === id);
 const shortName = (side, takeId) => side.reference ?? (side.take === takeId ? side.solve : `${side.take.split("/").pop()}: ${side.solve}`);
 
-/** The replayed motion: of several performers that of the curves. */
+/** Return the replayed motion; with several performers, that of the performer in the curves. */
 const sideOf = ({ take, solve, performer }) => ({ take, solve, ...(performer && { performer }) });
 
-/** What the server is asked for, as a key. */
+/** Return the current comparison as a key. */
 function keyNow() {
   const { take, solve, performer, ghost, ghost_offset_ms: offset } = replayed();
   return JSON.stringify([take, solve, performer, ghost, offset]);
@@ -42,7 +42,7 @@ function show(shown) {
   updateCompare();
 }
 
-/** Open or close the compare view. The second figure goes with it, and comes back with it while the take is open. */
+/** Open or close the compare view. The second figure closes with it, and returns with it while the take is open. */
 export function toggleCompare() {
   show(!state.shown);
   const { open: isOpen, take: takeId, solve, ghost } = replayed();
@@ -58,7 +58,7 @@ export function toggleCompare() {
   else if (other) open(takeId, solve, { take: takeId, solve: other });
 }
 
-/** Open the compare view on what is replayed. */
+/** Open the compare view on the current replay. */
 export const openCompare = () => show(true);
 
 // --- what is compared
@@ -71,7 +71,7 @@ function otherSides() {
   return [["compare.solves", own], ["compare.references", references], ["compare.other_takes", others]];
 }
 
-/** Show another solve of the take; what was lined up with the one before is lined up with it. */
+/** Show another solve of the take; a second motion that was lined up is lined up again. */
 async function chooseFirst(solve) {
   const { take: takeId, ghost } = replayed();
   await open(takeId, solve, ghost);
@@ -84,7 +84,7 @@ async function chooseOther(value) {
   await open(takeId, solve, side ?? null);
 }
 
-/** Bring another take to the place and time of the one that is replayed, or put it back. */
+/** Move another take to the place and time of the replayed one, or back. */
 async function lineUp(wanted) {
   const { take: takeId, solve, ghost } = replayed();
   const plain = { take: ghost.take, solve: ghost.solve };
@@ -180,7 +180,7 @@ function difference() {
 const secondsOf = (stage_s) => stage_s - replayed().begins_s;
 const frameOf = (stage_s) => Math.round(secondsOf(stage_s) * replayed().rate_hz);
 
-/** Show the distances of the frame that is shown. */
+/** Show the distances at the current frame. */
 function paint() {
   const { found } = state;
   const canvas = byId("compare-curve");
@@ -200,7 +200,7 @@ function paint() {
 
 const figuresKey = (side) => `${side.take}|${side.solve}|${side.take === replayed().take ? state.against : ""}|${side.performer ?? ""}`;
 
-/** The second figure, with the performer whose figures stand beside those of the first. */
+/** Return the second figure, with the replayed performer if its take has that one. */
 const beside = (ghost) => (takeOf(ghost.take)?.performers.includes(replayed().performer) ? { ...ghost, performer: replayed().performer } : ghost);
 
 async function loadFigures(side) {
@@ -216,13 +216,13 @@ async function loadFigures(side) {
   updateCompare();
 }
 
-/** The solves of the replayed take that stand side by side. */
+/** Return the shown solves of the replayed take. */
 function solvesShown() {
   const { take: takeId, solve, ghost } = replayed();
   return ghost?.solve && ghost.take === takeId ? [solve, ghost.solve] : [solve];
 }
 
-/** The part between the in and out points, as the page of blind tests takes it; 0: to the end. */
+/** Return the part between the in and out points as a query of the blind test page; end 0: to the end. */
 const partOf = ({ first, last, frames, rate_hz: rate }) =>
   new URLSearchParams({ start: (first / rate).toFixed(2), end: last < frames - 1 ? (last / rate).toFixed(2) : "0" });
 
@@ -249,7 +249,7 @@ function figures() {
   ].filter(Boolean);
 }
 
-/** Draw the view anew where anything changed. */
+/** Redraw whatever has changed in the view. */
 export function updateCompare() {
   const replay = replayed();
   const visible = state.shown && replay.open && Boolean(replay.solve); // without a solve there is nothing to compare
@@ -276,7 +276,7 @@ export function updateCompare() {
   paintOn();
 }
 
-/** Take in the list of takes. */
+/** Set the list of takes. */
 export function updateCompareTakes(takes) {
   state.takes = takes;
   updateCompare();
@@ -289,7 +289,7 @@ function forget() {
   Object.assign(state, { foundKey: "", wantedKey: "" });
 }
 
-/** A solve was made anew: what was measured of it is old. */
+/** Forget all measurements, because a solve was made again. */
 export function forgetMeasured() {
   forget();
   updateCompare();
@@ -297,7 +297,7 @@ export function forgetMeasured() {
 
 const paintOn = whileMoving(() => state.shown && replayed().playing, paint);
 
-/** Begin. */
+/** Start. */
 export function startCompare() {
   state.references = new ReferenceSection({
     changed: updateCompare,

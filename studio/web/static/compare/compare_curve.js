@@ -1,4 +1,4 @@
-// The curve of the compare view: how far two motions are apart over time, with the playhead.
+// The curve of the compare view: distance between two motions over time, with the playhead.
 import { clock } from "../base/dom.js";
 import { number, t } from "../base/strings.js";
 import { prepare } from "../base/canvas.js";
@@ -8,7 +8,7 @@ const TOP_PX = 14, BOTTOM_PX = 16;
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-/** Return where in `frames` the sample nearest to a frame stands. */
+/** Return the index in `frames` of the sample nearest to a frame. */
 export function nearest(frames, frame) {
   let low = 0, high = frames.length - 1;
   while (high - low > 1) {
@@ -31,7 +31,7 @@ function line(context, frames, values, x, y) {
   context.stroke();
 }
 
-/** Draw the mean over joints, and one joint's distance where `joint` names one, for a replay at a frame. */
+/** Draw the mean over joints, and one joint's distance if `joint` is given, for a replay at a frame. */
 export function drawDifference(canvas, found, joint, replay, frame) {
   const { context, width, height } = prepare(canvas);
   const own = joint ? found.joints_mm[joint] : null;

@@ -1,4 +1,4 @@
-// All performers of a take measured at once: each against their own reference, and whether they stay themselves.
+// All performers of a take measured at once: each against their own reference, and identity switches between them.
 import { h } from "../base/dom.js";
 import { evaluateTogether } from "../base/api.js";
 import { attempt } from "../base/messages.js";
@@ -11,7 +11,7 @@ export class PeopleFigures {
     Object.assign(this, { changed, key: "", found: null, busy: false, version: 0 });
   }
 
-  /** What was measured is old. */
+  /** Forget the measurements. */
   forget() {
     Object.assign(this, { key: "", found: null, busy: false, version: this.version + 1 });
   }
@@ -26,7 +26,7 @@ export class PeopleFigures {
     this.changed();
   }
 
-  /** The button and, once measured, the figures of these solves; nothing where there is one performer. */
+  /** Return the button or, once measured, the figures of these solves; nothing without references or with one performer. */
   build(replay, solves, references) {
     if (!several(replay) || !references.length) return [];
     const fresh = this.key === JSON.stringify([replay.take, solves]);

@@ -4,8 +4,8 @@ import { number, t } from "../base/strings.js";
 
 const ALIKE = 0.02; // figures that differ by less are alike
 
-// Key, digits, and the reference's own figure where nearer to that is better; less is better for the rest. What a solve
-// has by itself stays as it is whether a reference is chosen or not; what is measured against one has words of its own.
+// Key, digits, and the reference's own figure if nearer to that is better; for the rest, less is better. A solve's own
+// figures do not depend on the chosen reference; figures against a reference have their own words.
 const AGAINST = [
   ["mpjpe_mm", 1], ["mpjpe_root_aligned_mm", 1], ["rms_mm", 1], ["joint_angle_error_deg", 1], ["acceleration_error_m_s2", 1],
   ["absolute_difference_cm", 2], ["shortest_distance_cm", 2], ["latency_ms", 1],
@@ -15,7 +15,7 @@ const OWN = [["jitter_mm", 2], ["jerk_m_s3", 0], ["own_stance_foot_slide_cm_s", 
 
 const shown = (value, digits) => (value === null || value === undefined ? "–" : number(value, digits));
 
-/** Which of two figures is better, the one nearer to `target`: 0, 1, or -1 where neither is. */
+/** Return which of two figures is better, the one nearer to `target`: 0, 1, or -1 if neither is. */
 export function better(a, b, target = 0) {
   if ([a, b].some((value) => value === null || value === undefined)) return -1;
   const [left, right] = [Math.abs(a - target), Math.abs(b - target)];
@@ -23,7 +23,7 @@ export function better(a, b, target = 0) {
   return left < right ? 0 : 1;
 }
 
-/** A row; the column of a reference, which has no figures, holds its own value of the figure where there is one. */
+/** Return a row; the column of a reference, which has no figures, holds its own value of the figure if there is one. */
 function row(words, key, digits, figures, target) {
   const values = figures.map((one) => (one ? shown(one[key], digits) : ""));
   const best = figures[0] && figures[1] ? better(figures[0][key], figures[1][key], target ?? 0) : -1;
@@ -38,8 +38,8 @@ function group(title, rows) {
   return rows.length ? [h("tr", { class: "group" }, h("th", { colSpan: 3, scope: "rowgroup" }, title)), ...rows] : [];
 }
 
-/** The figures of two motions, each `{own, reference}`, null for a motion that has none; `names` head the columns,
- * `reference` is what they are measured against. */
+/** Return a table of two motions' figures, each `{own, reference}`, null if a motion has none; `names` head the columns,
+ * `reference` is the reference they are measured against. */
 export function figureTable(names, figures, reference) {
   const own = figures.map((one) => one?.own ?? null);
   const against = figures.map((one) => one?.reference ?? null);
@@ -54,7 +54,7 @@ export function figureTable(names, figures, reference) {
       group(t("compare.by_itself"), rows("own", OWN, own))));
 }
 
-/** One row per joint: distance now, mean and largest; a click on a joint calls `choose`. */
+/** Return a table with one row per joint: distance now, mean and largest; a click on a joint calls `choose`. */
 export function jointTable(found, chosen, choose) {
   const largest = Math.max(...Object.values(found.per_joint_mm), 1);
   const head = ["compare.joint", "compare.now", "compare.mean", "compare.largest"];
@@ -67,7 +67,7 @@ export function jointTable(found, chosen, choose) {
       h("td", {}, number(found.per_joint_max_mm[joint]))))));
 }
 
-/** Rows of what was aligned away for a motion, `[label, value]`. */
+/** Return the rows of what the alignment removed, `[label, value]`. */
 export function alignedRows(aligned) {
   const rows = [
     [t("aligned.rotation"), `${number(aligned.rotation_deg, 1)}°`],

@@ -1,4 +1,4 @@
-// References of a take: another system's motion, sent or taken from beside the takes, aligned, shown, measured, removed.
+// References of a take: another system's motion, uploaded or taken from next to the takes, aligned, shown, measured, removed.
 import { byId, h, redraw } from "../base/dom.js";
 import { addReference, alignReference, getReference, getReferenceFiles, getReferences, makeReport, removeReference, reportAddress, restoreReference, sendReference } from "../base/api.js";
 import { alignedRows } from "./compare_tables.js";
@@ -13,7 +13,7 @@ const MAX_BYTES = 512 * 1024 * 1024;
 const MAX_NAME = 58;
 const JOINTS = 21;
 
-/** A name that the server takes: no path, no signs of paths, not too long, with its ending. */
+/** Return a file name that the server accepts: no path characters, not too long, with its extension. */
 export function safeName(name) {
   const dot = name.lastIndexOf(".");
   const [stem, ending] = dot > 0 ? [name.slice(0, dot), name.slice(dot)] : [name, ""];
@@ -28,7 +28,7 @@ export class ReferenceSection {
     undoing("reference", (take, name) => attempt(async () => { await restoreReference(take, name); if (take === this.take) await this.load(); }));
   }
 
-  /** Look at the references of a take, aligned with a solve. */
+  /** Use the references of a take, aligned with a solve. */
   use(take, solve) {
     if (take === this.take && solve === this.solve) return;
     const other = take !== this.take;
@@ -58,7 +58,7 @@ export class ReferenceSection {
     this.changed();
   }
 
-  /** Say what is being done while it is; show what goes wrong. */
+  /** Show what is being done during an action; show its error. */
   async during(words, action) {
     this.busy = words;
     this.changed();

@@ -1,4 +1,4 @@
-// The edits on the timeline: bars that are moved, stretched at their ends, and removed; instants are marks.
+// The edits on the timeline: bars that can be moved, stretched at their ends, and removed; instants are marks.
 import { canOperate } from "../base/role.js";
 import { t } from "../base/strings.js";
 import { add, change, remove } from "./list.js";
@@ -16,10 +16,10 @@ const state = { dragged: null, chosen: "", drawn: null }; // the edit that is be
 const frameOf = (time_s) => Math.round(secondsOf(time_s) * editList().replay.rate_hz);
 const timeOf = (frame) => stageOf(frame / editList().replay.rate_hz);
 
-/** What the edits' lanes show, for whoever draws them only where it changes. */
+/** Return the key by which the edits' lanes are redrawn. */
 export const barsKey = () => JSON.stringify([editList().revision, editList().take, state.dragged, state.chosen, state.drawn]);
 
-/** Lanes under the tracks with the edits of the replayed take: spans `[first, last, words, colour, row, edit]`. */
+/** Return lanes under the tracks with the edits of the replayed take: spans `[first, last, words, colour, row, edit]`. */
 export function editLanes() {
   const { edits, replay } = editList();
   if (!replay.open || !replay.solve) return [];
@@ -31,7 +31,7 @@ export function editLanes() {
   });
 }
 
-/** The edit under a frame and in a row of a lane, and where it is held; undefined where none is. */
+/** Return the edit at a frame in a row of a lane, and where it is grabbed; undefined if there is none. */
 function held(lane, row, frame, reach) {
   const here = lane.spans.filter(([first, last, , , , edit]) => edit && first - reach <= frame && frame <= last + reach);
   const [first, last, , , , edit] = here.findLast(([, , , , own]) => own === row) ?? here.at(-1) ?? [];
@@ -41,8 +41,8 @@ function held(lane, row, frame, reach) {
 }
 
 /**
- * With Alt on the lane of feet: drag draws a stance of the left (upper row) or right foot; a click on a stance that was found
- * takes it away.
+ * Handle Alt on the lane of feet: dragging draws a stance of the left (upper row) or right foot; a click on a detected stance
+ * removes it.
  */
 function draw(event, { lane, row }, { frameAt, paint }) {
   const begun = frameAt(event), { performer } = editList().replay, canvas = event.currentTarget;
@@ -66,7 +66,7 @@ function draw(event, { lane, row }, { frameAt, paint }) {
   canvas.addEventListener("pointerup", letGo, { once: true });
 }
 
-/** Take hold of an edit on the timeline; return whether there was one. A click chooses it and goes there; dragging moves or stretches it. */
+/** Grab an edit on the timeline; return whether there was one. A click selects it and goes there; dragging moves or stretches it. */
 export function grab(event, { lane, row }, { frameAt, perFrame, frames, goTo, paint }) {
   if (event.altKey && lane?.feet && canOperate()) {
     draw(event, { lane, row }, { frameAt, paint });
@@ -100,7 +100,7 @@ export function grab(event, { lane, row }, { frameAt, perFrame, frames, goTo, pa
   return true;
 }
 
-/** Remove the edit that was clicked on the timeline; return whether there was one. */
+/** Remove the edit selected on the timeline; return whether there was one. */
 export function removeChosen() {
   const edit = editList().edits.find((one) => one.id === state.chosen);
   if (edit) remove(edit);

@@ -1,4 +1,4 @@
-// The form for edits over a range: contacts, doubts, offsets, trims, another pace; and loops of it.
+// The form for edits over a range: contacts, doubts, offsets, trims, change of pace; and for looping the range.
 import { byId, h } from "../base/dom.js";
 import { t } from "../base/strings.js";
 import { performerWords, several } from "../replay/performers.js";
@@ -14,7 +14,7 @@ const FIELDS = { // which fields a kind has
 };
 const kept = { kind: "contact_floor", touching: "left_ankle", touched: "left_hip", other: "", camera: "", joint: "", output: "LeftForeArm", turn: [0, 0, 0], factor: 2, typed: {} }; // as last chosen; times that were typed
 
-/** The chosen range [s since the take's beginning]; around the playhead where none is. */
+/** Return the chosen range [s since the take's beginning]; around the playhead if there is none. */
 function rangeOf({ first, last, frames, frame, rate_hz: rate }) {
   if (first > 0 || last < frames - 1) return [first / rate, last / rate];
   return [Math.max(frame / rate - AROUND_S, 0), Math.min(frame / rate + AROUND_S, (frames - 1) / rate)];
@@ -43,7 +43,7 @@ function fields(cameras, others) {
   };
 }
 
-/** What the form says, as an edit. */
+/** Return the content of the form as an edit. */
 function edit(replay) {
   const stage = (id) => stageOf(byId(id).valueAsNumber);
   const common = { start_s: stage("edit-from"), end_s: stage("edit-to"), ...(replay.performer && { performer: replay.performer }) };
@@ -61,7 +61,7 @@ function edit(replay) {
   }[kept.kind]();
 }
 
-/** Have the form's times be the chosen range, or around the playhead, unless they were typed. */
+/** Set the form's times to the chosen range, or around the playhead, unless they were typed. */
 export function showRange(replay) {
   rangeOf(replay).forEach((seconds, k) => {
     const id = ["edit-from", "edit-to"][k];
@@ -69,7 +69,7 @@ export function showRange(replay) {
   });
 }
 
-/** The form, folded at first. */
+/** Return the form, collapsed at first. */
 export function rangeForm(replay, { cameras }) {
   const others = several(replay) ? replay.performers.filter(({ performer }) => performer !== replay.performer) : [];
   const [from, to] = rangeOf(replay), makers = fields(cameras, others), kinds = Object.keys(FIELDS).filter((kind) => kind !== "contact_other" || others.length);
@@ -88,7 +88,7 @@ export function rangeForm(replay, { cameras }) {
         h("button", { id: "edit-loop", type: "button", class: "small", title: t("mend.loop_hint"), onclick: () => loop(replay) }, t("mend.loop")))));
 }
 
-/** Make a new take in which the range comes again and again. */
+/** Make a new take that repeats the range. */
 function loop({ take: id, solve, performer }) {
   const [session, name] = [id.slice(0, id.indexOf("/")), id.slice(id.indexOf("/") + 1)];
   const [start_s, end_s] = ["edit-from", "edit-to"].map((field) => byId(field).valueAsNumber);

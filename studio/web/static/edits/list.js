@@ -1,4 +1,4 @@
-// The edits of the replayed take: the list as the server has it, its changes, undo and redo, and the solve that honours them.
+// The edits of the replayed take: the list on the server, its changes, undo and redo, and the solve that applies them.
 import { addEdit, changeEdit, getEdits, getTakeDetail, previewEdits, readAhead, redoEdits, removeEdit, replaceEdits, solveTake, undoEdits } from "../base/api.js";
 import { attempt, keepUndo, showNote, undoing } from "../base/messages.js";
 import { hear } from "../base/said.js";
@@ -13,7 +13,7 @@ const state = editList();
 
 const named = (takeId) => ({ session: takeId.slice(0, takeId.indexOf("/")), name: takeId.slice(takeId.indexOf("/") + 1) });
 
-/** Whether the replayed solve has the edits as they are. */
+/** Whether the replayed solve has the current edits. */
 export const isSolved = () => (state.solved?.edits_revision ?? (state.edits.length ? -1 : state.revision)) === state.revision;
 
 function take(answer, takeId) {
@@ -40,7 +40,7 @@ async function loadSolve(takeId, solve) {
   state.changed();
 }
 
-/** Take in what is replayed, and the stamp of its edits: a list that another browser changed is asked for. */
+/** Handle the current replay and the stamp of its edits: a list changed by another browser is requested. */
 export function useEdits(replay, stamp) {
   state.replay = replay;
   const takeId = replay.open ? replay.take : "";
@@ -56,12 +56,12 @@ export function useEdits(replay, stamp) {
   }
 }
 
-/** The replayed solve is another one by its name. */
+/** Forget the replayed solve, because a new one has its name. */
 export function forgetSolved() {
   state.solve = "";
 }
 
-/** Send a change; what is around the playhead is solved and shown with it, then the whole solve is made again. `request` gets the solve that is looked at. */
+/** Send a change; the frames around the playhead are solved with it and shown, then the whole solve is made again. `request` gets the shown solve. */
 async function send(request, words, kept = true) {
   const takeId = state.take;
   state.sending += 1;
@@ -87,7 +87,7 @@ export const change = (edit, keys) => send((look) => changeEdit(named(state.take
 /** Remove an edit. */
 export const remove = (edit) => send((look) => removeEdit(named(state.take), edit.id, state.revision, look), t("mend.removed", { what: wordsOf(edit) }));
 
-/** Split an edit over a range into two at a stage time within it; what lies between them no longer holds. */
+/** Split an edit over a range into two at a stage time within it; it no longer applies between them. */
 export function split(edit, at_s) {
   const half = 0.5 / state.replay.rate_hz;
   if (at_s - half <= edit.start_s || at_s + half >= edit.end_s) return showNote(t("mend.split_outside"));
@@ -99,10 +99,10 @@ export function split(edit, at_s) {
   return send((look) => replaceEdits(named(state.take), edits, state.revision, look), t("mend.was_split", { what: wordsOf(edit) }));
 }
 
-/** Take the last change of the edits back. */
+/** Undo the last change of the edits. */
 export const takeBack = () => send((look) => undoEdits(named(state.take), state.revision, look), t("mend.undone"), false);
 
-/** Make the change that was taken back again; return whether there was one. */
+/** Redo the change that was undone; return whether there was one. */
 export function makeAgain() {
   if (!state.take || !state.can_redo) return false;
   send((look) => redoEdits(named(state.take), state.revision, look), t("mend.redone"));
@@ -111,25 +111,25 @@ export function makeAgain() {
 
 const UNDO = undoing("edits", takeBack, (takeId) => takeId === state.take && state.can_undo);
 
-/** Solve the replayed take again with its edits, what is around the playhead first. */
+/** Solve the replayed take again with its edits, first around the playhead. */
 export async function solveAgain() {
   const { take, solve } = state.replay;
   if (!isSolvedAgain(solve) || await attempt(() => previewEdits(named(take), solve))) solveWhole();
 }
 
-/** Solve the whole replayed take again with its edits, or without them beside it. */
+/** Solve the whole replayed take again with its edits, or without them as an additional solve. */
 export function solveWhole(without = false) {
   const { take, solve } = state.replay, again = isSolvedAgain(solve);
   const name = without ? t("mend.without_name") : again ? solve : INSTEAD;
   return attempt(() => solveTake(named(take), name, { ...(again ? { settings_of: solve } : { preset: INSTEAD }), edits: !without }));
 }
 
-/** Have what a first look needs read while a joint is dragged; the look itself says what fails. */
+/** Have the server read the data for a first preview while a joint is dragged; the preview itself reports errors. */
 export function expectLook({ take, solve }) {
   if (isSolvedAgain(solve)) readAhead(named(take), solve).catch(() => {});
 }
 
-/** Begin; `changed` hears of another list. */
+/** Start; `changed` is called when the list changes. */
 export function startEditList(changed) {
   state.changed = changed;
 }

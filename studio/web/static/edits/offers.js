@@ -1,4 +1,4 @@
-// What to mend, in order: each clean-up event of the replayed solve, why it is, what would mend it, and whether that did.
+// The repair list, in order: each clean-up event of the replayed solve, its cause, a proposed edit, and its effect.
 import { getOffers } from "../base/api.js";
 import { clock, h } from "../base/dom.js";
 import { attempt } from "../base/messages.js";
@@ -14,10 +14,10 @@ const state = { of: "", offers: null, applied: [], withAll: false, changed: () =
 const named = (takeId) => ({ session: takeId.slice(0, takeId.indexOf("/")), name: takeId.slice(takeId.indexOf("/") + 1) });
 const keyOf = ({ take, solve, performer }) => JSON.stringify([take, solve, performer]);
 
-/** What the list shows, for whoever draws it only where it changes. */
+/** Return the key by which the list is redrawn. */
 export const offersKey = (replay) => (state.of === keyOf(replay) ? [state.offers, state.applied] : null);
 
-/** Ask for the offers of the replayed solve. */
+/** Load the offers for the replayed solve. */
 async function load(replay) {
   const of = keyOf(replay);
   if (state.of !== of) Object.assign(state, { of, offers: null, applied: [] });
@@ -28,7 +28,7 @@ async function load(replay) {
   state.changed();
 }
 
-/** The replayed solve was made again: where its offers are shown, those of the new one are asked for. */
+/** Handle that the replayed solve was made again: if its offers are shown, load the new ones. */
 export function offersAgain(replay) {
   if (state.of === keyOf(replay) && state.offers) load(replay);
 }
@@ -55,7 +55,7 @@ function row(event, offer, replay, goTo) {
     taken && h("p", { class: offer ? "fair" : "good" }, t(`mend.${outcome}`)));
 }
 
-/** The work list: a button that asks for it, then its rows. */
+/** Return the repair list: a button that loads it, then its rows. */
 export function offerList(replay, goTo) {
   const shown = state.of === keyOf(replay) && state.offers;
   const gone = shown ? state.applied.filter((event) => !state.offers.some((one) => same(one.event, event))) : [];
@@ -64,7 +64,7 @@ export function offerList(replay, goTo) {
     shown && h("ul", { class: "edit-list", id: "offer-list" }, gone.map((event) => row(event, null, replay, goTo)), state.offers.map((one) => row(one.event, one, replay, goTo))));
 }
 
-/** Begin; `changed` hears of other offers. */
+/** Start; `changed` is called when the offers change. */
 export function startOffers(changed) {
   state.changed = changed;
 }

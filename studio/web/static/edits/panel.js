@@ -1,4 +1,4 @@
-// The panel with the edits of the replayed take: their list, undo and redo, and a form for those over a range.
+// The panel with the edits of the replayed take: their list, undo and redo, and a form for edits over a range.
 import { byId, clock, h, redraw } from "../base/dom.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
@@ -12,7 +12,7 @@ import { editList } from "./state.js";
 import { secondsOf, stageOf } from "./time.js";
 import { foundBy, wordsOf } from "./words.js";
 
-const state = { replay: { open: false }, joint: "", goTo: () => {}, pin: () => {}, painted: () => {} };
+const state = { replay: { open: false }, goTo: () => {}, pin: () => {}, painted: () => {} };
 
 const since = (time_s) => Number(secondsOf(time_s).toFixed(3));
 const frameOf = (time_s) => Math.round(secondsOf(time_s) * state.replay.rate_hz);
@@ -25,7 +25,7 @@ function numberField(edit, label, value, onchange, step = 0.01) {
     } }));
 }
 
-/** What can be changed of an edit: its times, of a pin its place and radius, its note. */
+/** Return the fields of an edit: its times, a pin's place and radius, its note. */
 function details(edit) {
   const place = edit.kind === "pin" ? ["X", "Y", "Z"].map((axis, k) => numberField(edit, `${axis} [m]`, edit.place_m[k].toFixed(3),
     (typed) => change(edit, { place_m: edit.place_m.map((one, i) => (i === k ? typed : one)) }))) : [];
@@ -74,7 +74,7 @@ function build() {
   ].filter(Boolean);
 }
 
-/** Draw the panel where it is another. */
+/** Redraw the panel if it has changed. */
 export function showEdits() {
   const { open, solve, take, playing, first, last, begins_s, rate_hz, performer, performers } = state.replay;
   byId("edits-panel").hidden = !open || !solve;
@@ -88,7 +88,7 @@ export function showEdits() {
   state.painted();
 }
 
-/** Take in what is replayed, the chosen joint, and the stamp of the edits. */
+/** Handle the current replay and the stamp of its edits. */
 export function updateEdits(replay, stamp) {
   checkPin(replay);
   state.replay = replay;
@@ -97,7 +97,7 @@ export function updateEdits(replay, stamp) {
   showRange(replay);
 }
 
-/** Begin; `goTo` shows a frame, `pin` begins to pin the chosen joint, `painted` hears of other edits. */
+/** Start; `goTo` shows a frame, `pin` starts pinning the chosen joint, `painted` is called after each update. */
 export function startEdits({ goTo, pin, painted }) {
   Object.assign(state, { goTo, pin, painted });
   startEditList(showEdits);

@@ -1,4 +1,4 @@
-// A joint is pinned in a camera's picture: its dot in the drawn skeleton is dragged to where it was, and let go.
+// Pinning a joint in a camera's picture: its dot in the drawn skeleton is dragged to where the joint really was.
 import { getReplayJoints, getVideoPlace } from "../base/api.js";
 import { byId } from "../base/dom.js";
 import { attempt } from "../base/messages.js";
@@ -20,13 +20,13 @@ const apart = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
 const sharesOf = (point, place) => [(point[0] - place.left) / place.width, (point[1] - place.top) / place.height];
 const isInside = (point, place) => sharesOf(point, place).every((share) => share >= 0 && share <= 1);
 
-/** The picture in which a joint can be taken hold of, or null. */
+/** Return the picture in which a joint can be grabbed, or null. */
 function ready() {
   const { replay } = editList();
   return canOperate() && replay.open && replay.solve && !replay.playing ? shownPicture() : null;
 }
 
-/** The joint of the skeleton that is nearest to the pointer, or null. */
+/** Return the joint of the skeleton nearest to the pointer, within `GRAB_PX`, or null. */
 function jointAt(picture, point) {
   let found = null, least = GRAB_PX;
   picture.names.forEach((output, k) => {
@@ -60,7 +60,7 @@ function grab(event) {
   expectLook(editList().replay);
 }
 
-/** Leave the joint as it is. */
+/** Cancel the drag; the joint stays as it is. */
 function leave() {
   if (!state.drag) return;
   state.drag = null;
@@ -87,7 +87,7 @@ async function letGo() {
   });
 }
 
-/** Begin. */
+/** Start. */
 export function startPicturePins() {
   const canvas = byId("video-canvas");
   for (const [kind, act] of Object.entries({ pointermove: move, pointerdown: grab, pointerup: letGo, pointercancel: leave })) canvas.addEventListener(kind, act);

@@ -1,4 +1,4 @@
-// A joint is pinned: arrows at it in the 3D view are dragged to where it was, and let go.
+// Pinning a joint in the 3D view: arrows at it are dragged to where the joint really was.
 import { getGizmo, getReplayJoints, hideGizmo, showGizmo } from "../base/api.js";
 import { attempt } from "../base/messages.js";
 import { listenInside } from "../view/viewer.js";
@@ -10,10 +10,10 @@ export const RADIUS_M = 0.02; // as well as a person sees where a joint is
 const ASKED_MS = 15, TRIES = 40; // the view tells the server of a drag a moment after the pointer is let go
 const state = { pin: null, frame: 0, changed: () => {} }; // the pin that is being made: {joint, start_s, end_s, performer}
 
-/** The joint that is being pinned, or null. */
+/** Return the joint being pinned, or null. */
 export const pinned = () => state.pin?.joint ?? null;
 
-/** Show the arrows at a joint, an output joint's name, of the replay at a frame. */
+/** Show the arrows at a joint (name of an output joint) of the replay at a frame. */
 export async function beginPin(replay, frame, joint) {
   if (!replay.open || !replay.solve || replay.playing) return;
   const canonical = canonicalOf(joint), time_s = stageOf(frame / replay.rate_hz);
@@ -28,12 +28,12 @@ export async function beginPin(replay, frame, joint) {
   state.changed();
 }
 
-/** Leave the joint where another frame is shown. */
+/** Cancel pinning if another frame is shown, or the replay plays or is closed. */
 export function checkPin({ open, playing, frame }) {
   if (state.pin && (!open || playing || frame !== state.frame)) leavePin();
 }
 
-/** Leave the joint as it is; return whether one was being pinned. */
+/** Cancel pinning, the joint stays as it is; return whether one was being pinned. */
 export function leavePin() {
   if (!state.pin) return false;
   state.pin = null;
@@ -44,7 +44,7 @@ export function leavePin() {
 
 const soon = () => new Promise((resolve) => { setTimeout(resolve, ASKED_MS); });
 
-/** The pointer was let go in the view: where the arrows were dragged, the joint is pinned there. */
+/** Handle that the pointer was released in the view: if the arrows were dragged, pin the joint there. */
 async function letGo() {
   const { pin } = state;
   for (let k = 0; pin && state.pin === pin && k < TRIES; k += 1) {
@@ -61,7 +61,7 @@ async function letGo() {
   }
 }
 
-/** Begin; `changed` hears of another pin. */
+/** Start; `changed` is called when the pin changes. */
 export function startPinning(changed) {
   state.changed = changed;
   listenInside("pointerup", letGo);

@@ -1,4 +1,4 @@
-// The pins of the replayed take are drawn in the 3D view, at their places and as wide as their radii.
+// The pins of the replayed take in the 3D view, at their places and with their radii.
 import { showPins } from "../base/api.js";
 import { attempt } from "../base/messages.js";
 import { canOperate } from "../base/role.js";
@@ -6,7 +6,7 @@ import { editList } from "./state.js";
 
 const state = { key: "" };
 
-/** Have the view show them, where they are others than before. */
+/** Show the pins in the view if they have changed. */
 export function drawPins() {
   const { replay, edits, revision, take } = editList();
   if (!replay.open || !replay.solve) state.key = "";

@@ -1,7 +1,7 @@
 // What this page knows of the edits of the replayed take. `list.js` changes it.
-/** The list of a take of which nothing is known yet. */
+/** The list of a take whose edits are not yet known. */
 export const UNKNOWN = { revision: -1, edits: [], can_undo: false, can_redo: false, says: "" };
 const state = { take: "", stamp: null, solve: "", ...UNKNOWN, cameras: [], solved: null, changed: () => {}, replay: { open: false }, sending: 0 };
 
-/** The list: `revision`, `edits`, `can_undo`, `can_redo`, `says`; the take's `cameras`; `solved`, what the replayed solve says of its edits. */
+/** The list: `revision`, `edits`, `can_undo`, `can_redo`, `says`; the take's `cameras`; `solved`, the replayed solve's report on its edits. */
 export const editList = () => state;

@@ -1,4 +1,4 @@
-// The stage time of the replayed solve's frames, and back: another than the solve's own time where its edits retime parts.
+// Conversion between the replayed solve's time and stage time: they differ where its edits retime parts.
 import { editList } from "./state.js";
 
 const STEP_S = 0.005;
@@ -6,13 +6,13 @@ const kept = { key: "", stage: [], solve: [] };
 
 const eased = (part) => { const t = Math.min(Math.max(part, 0), 1); return t * t * (3 - 2 * t); };
 
-/** How far a retimed part holds at a stage time, 0..1. */
+/** Return the weight of a retimed part at a stage time, 0..1. */
 function share({ start_s: start, end_s: end, ease_s: ease }, time_s) {
   const away = Math.max(start - time_s, time_s - end, 0);
   return ease > 0 ? eased(1 - away / ease) : Number(away === 0);
 }
 
-/** Stage times and the solve's times of them, as `studio/engine/edits/time_map.py` has them. */
+/** Return stage times and the solve's times for them, as in `studio/engine/edits/time_map.py`. */
 function table(retimed) {
   const key = JSON.stringify(retimed);
   if (kept.key === key) return kept;
@@ -40,8 +40,8 @@ const between = (time_s, forth) => {
   return forth ? mapped(time_s, stage, solve) : mapped(time_s, solve, stage);
 };
 
-/** Seconds since the beginning of the replayed solve, of a stage time. */
+/** Return the seconds since the beginning of the replayed solve for a stage time. */
 export const secondsOf = (stage_s) => between(stage_s, true) - editList().replay.begins_s;
 
-/** The stage time so many seconds after the beginning of the replayed solve. */
+/** Return the stage time that many seconds after the beginning of the replayed solve. */
 export const stageOf = (seconds) => Number(between(editList().replay.begins_s + seconds, false).toFixed(4));

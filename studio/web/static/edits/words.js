@@ -1,4 +1,4 @@
-// What an edit says, in words, and the names of its joints.
+// Descriptions of edits in words, and the names of their joints.
 import { clock } from "../base/dom.js";
 import { number, t } from "../base/strings.js";
 import { performerWords } from "../replay/performers.js";
@@ -15,10 +15,10 @@ export const OUTPUT = {
 /** Canonical joint by output joint. */
 export const CANONICAL = Object.fromEntries(Object.entries(OUTPUT).map(([canonical, output]) => [output, canonical]));
 
-/** Joints of a contact. */
+/** Joints that can have a contact. */
 export const TOUCHING = Object.keys(OUTPUT).filter((name) => /_(hand|ankle|toe|knee|hip)$/.test(name));
 
-/** The canonical joint that an output joint is, or belongs to. */
+/** Return the canonical joint that an output joint is, or belongs to. */
 export function canonicalOf(joint) {
   const side = /^(Left|Right)/.exec(joint)?.[1];
   return CANONICAL[joint] ?? (side ? `${SIDES[side]}_${joint.includes("Hand") ? "hand" : "shoulder"}` : "spine");
@@ -26,7 +26,7 @@ export function canonicalOf(joint) {
 
 const jointWords = (joint) => t(`joint.${joint}`);
 
-/** Several joints in words; all where none is named. */
+/** Return several joints in words; all joints if none is named. */
 const several = (joints) => (joints?.length ? joints.map(jointWords).join(", ") : t("mend.all_joints"));
 
 const ofCamera = (edit) => ({ camera: edit.camera ?? t("mend.all_cameras"), joints: several(edit.joints) });
@@ -43,12 +43,12 @@ const KINDS = {
   retime: (edit) => t("mend.kind.retime", { factor: number(edit.factor, 2) }),
 };
 
-/** What an edit says, in words. */
+/** Return the description of an edit. */
 export const wordsOf = (edit) => KINDS[edit.kind](edit);
 
 const at = (time_s) => clock(Math.max(secondsOf(time_s), 0));
 
-/** What a pin found wrong and mended, one line each. */
+/** Return what a pin found wrong and repaired, one line each. */
 export function foundBy(found) {
   const when = { joints: several(found.joints), from: at(found.start_s), to: at(found.end_s) };
   return [

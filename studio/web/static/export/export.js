@@ -1,4 +1,4 @@
-// The export dialog: what it is for, format and options, a rig, one take or several; made in the background, then downloaded.
+// The export dialog: target program, format and options, a rig, one take or several; made in the background, then downloaded.
 import { byId, h, setText } from "../base/dom.js";
 import { downloadExport, getExportFormats, makeDepthExport, makeExport } from "../base/api.js";
 import { cameraField, depthCameras, depthWords } from "./export_depth.js";
@@ -32,7 +32,7 @@ const number = (id, value, placeholder) => h("label", { class: "field", title: t
 
 const check = (id, checked) => h("label", { class: "check", title: t(`export.${id}.hint`) }, h("input", { id: `export-${id}`, type: "checkbox", checked: Boolean(checked), onchange: showFields }), t(`export.${id}`));
 
-/** The part between the in and out points of the replay, where the one take is replayed. */
+/** Return the part between the in and out points, if a single take is exported and it is being replayed. */
 function trim() {
   const replay = replayed();
   if (state.jobs.length !== 1 || !replay.open || replay.take !== state.jobs[0].take.id) return {};
@@ -47,7 +47,7 @@ function recipes() {
       h("strong", {}, t(`recipe.${name}`)), h("span", { class: "muted" }, t(`recipe.${name}.what`)))));
 }
 
-/** Fill in the fields as a program wants them. */
+/** Fill in the fields for a program. */
 function useRecipe(name) {
   state.recipe = name;
   for (const [id, value] of Object.entries(RECIPES[name])) {
@@ -58,14 +58,14 @@ function useRecipe(name) {
   rigChanged();
 }
 
-/** An export onto a rig has the rig's own format, unless another is chosen. */
+/** Select the rig's own format for an export onto a rig; another may be chosen after that. */
 function rigChanged() {
   const kind = state.rig.name.split(".").pop();
   if (onRig() && RIG_FORMATS.includes(kind)) field("format").value = kind;
   showFields();
 }
 
-/** A format that was chosen by itself fits the recipe that has it, else none. */
+/** Handle a format chosen directly: keep the recipe if it fits, else select the one with this format, or none. */
 function formatChosen() {
   const format = field("format").value;
   const fits = state.recipe === "rig" ? RIG_FORMATS.includes(format) : RECIPES[state.recipe]?.format === format;
@@ -76,14 +76,14 @@ function formatChosen() {
 
 const onRig = () => state.recipe === "rig" && !otherChosen().kind;
 
-/** The performers of the one take that is exported, where it has several: `[performer, name]`. */
+/** Return the performers if a single take with several is exported: `[performer, name]`. */
 function performers() {
   if (state.jobs.length !== 1) return [];
   const { take } = state.jobs[0], several = take.performers, names = namesOf(take);
   return several.length > 1 ? several.map((one) => [one, performerWords(names[one] ?? one)]) : [];
 }
 
-/** Which performers, and whether each in a file: the values are performers, "" for each and `TOGETHER`. */
+/** Return the choice of performers: the values are performers, "" for one file each, and `TOGETHER`. */
 function performerField() {
   const choices = performers();
   if (!choices.length) return null;
@@ -92,7 +92,7 @@ function performerField() {
     options.map(([value, words]) => h("option", { value }, words))));
 }
 
-/** Formats that what is exported does not have, or that cannot be written here, are seen but not chosen. */
+/** Disable, but show, the formats that do not fit the export or cannot be written here. */
 function markFormats() {
   const choice = field("format"), other = otherChosen();
   const usable = (name) => !state.missing.has(name) && hasFormat(name, other);
@@ -105,7 +105,7 @@ function markFormats() {
   if (!usable(choice.value)) choice.value = [...choice.options].find(({ value }) => usable(value)).value;
 }
 
-/** Another thing is exported than before. */
+/** Handle that something else is to be exported. */
 function otherChanged() {
   markFormats();
   showFields();
@@ -113,7 +113,7 @@ function otherChanged() {
 
 const understood = (id, format) => hasOption(id, otherChosen()) && (!(id in UNDERSTOOD) || UNDERSTOOD[id].includes(format));
 
-/** Show the fields that what is exported and its format understand. */
+/** Show the fields that apply to the export and its format. */
 function showFields() {
   const format = field("format").value, other = otherChosen();
   const all = field("performer")?.querySelector(`[value="${TOGETHER}"]`);
@@ -177,7 +177,7 @@ function fields(kept) {
   ].filter(Boolean);
 }
 
-/** Have formats that cannot be written be seen but not chosen, each with its reason and what would mend it. */
+/** Disable, but show, the formats that cannot be written, each with its reason and the remedy. */
 async function findFormats() {
   const missing = new Map((await getExportFormats()).filter((one) => one.missing).map((one) => [one.format, said(one.missing)]));
   if (!depthCameras(state.jobs).length) missing.set(DEPTH, depthWords(state.jobs));
@@ -188,7 +188,7 @@ async function findFormats() {
   showFields();
 }
 
-/** What the API is asked for. */
+/** Return the request to the API. */
 function chosen() {
   const format = field("format").value;
   const has = (id) => understood(id, format);
@@ -209,7 +209,7 @@ function chosen() {
   return request;
 }
 
-/** Keep how it was exported for the next time; depth is of this take. */
+/** Keep the settings for the next export, but not those of depth, robots or props. */
 function keep(request) {
   if (request.format === DEPTH || otherChosen().kind) return;
   const kept = { ...request, recipe: state.recipe };
@@ -250,7 +250,7 @@ async function save(job) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
 
-/** Ask how solves are exported, `[{take, solve}]`, and download what they make. */
+/** Ask how to export solves, `[{take, solve}]`, and download the result. */
 export function askExport(jobs) {
   const dialog = byId("export-dialog");
   if (!state.running) {

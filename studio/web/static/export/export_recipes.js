@@ -1,9 +1,9 @@
-// What exports are for: the programs that people know, each with the format and options that open right there.
+// Export recipes: well-known programs, each with the format and options that it opens correctly.
 
-/** Formats of whatever moves. */
+/** Formats of motions. */
 export const OF_SOLVES = ["fbx", "bvh", "glb", "usd", "c3d", "trc", "csv", "npz"];
 
-/** Depth as it was recorded, of no solve. */
+/** Format of depth as recorded, independent of any solve. */
 export const DEPTH = "mkv";
 export const FORMATS = [...OF_SOLVES, DEPTH];
 export const TARGETS = ["humanik", "mixamo", "unreal", "vrm"];
@@ -15,17 +15,17 @@ export const UNITS = ["cm", "m", "mm", "in"];
 
 const SKELETONS = ["fbx", "bvh", "glb", "usd"];
 
-/** Which options a format understands; the others are hidden and not sent. */
+/** Formats that understand an option; for others it is hidden and not sent. */
 export const UNDERSTOOD = {
   target: SKELETONS, root_motion: SKELETONS, interpolation: ["fbx", "glb"], mesh: ["fbx", "glb", "usd"], key_error_cm: ["fbx"],
   timecode: ["fbx", "bvh", "usd", "c3d", "csv", "npz"], rotation_order: ["bvh"], unit: ["bvh"], together: ["fbx"],
   fps: OF_SOLVES, start_s: OF_SOLVES, end_s: OF_SOLVES, smooth_hz: OF_SOLVES, foot_lock: OF_SOLVES, loop: OF_SOLVES, camera: [DEPTH], performer: OF_SOLVES,
 };
 
-/** Formats that hold several performers. */
+/** Formats that can hold several performers. */
 export const SCENES = ["fbx", "glb", "usd"];
 
-/** Formats that an export onto a rig has. */
+/** Formats of an export onto a rig. */
 export const RIG_FORMATS = SKELETONS;
 
 const fbx = { format: "fbx", target: "humanik", root_motion: "hips", interpolation: "cubic", mesh: false };
@@ -43,5 +43,5 @@ export const RECIPES = {
   rig: { ...fbx },
 };
 
-/** The recipe that fits a format best, for a format that was chosen by itself; "" where none is meant. */
+/** Return the first recipe with a format that was chosen directly; "" if there is none. */
 export const recipeOf = (format) => Object.keys(RECIPES).find((name) => RECIPES[name].format === format) ?? "";

@@ -1,4 +1,4 @@
-// Exports onto a rig of the user's: choose or send one, look at which bone is what, and correct it.
+// Exports onto the user's rig: choose or upload one, check the mapping of its bones, and correct it.
 import { h } from "../base/dom.js";
 import { getRigMapping, getRigs, putRigMapping, sendRig } from "../base/api.js";
 import { attempt, showNote } from "../base/messages.js";
@@ -10,12 +10,12 @@ const KINDS = ".glb,.fbx,.bvh";
 const FINGER = /Hand(Thumb|Index|Middle|Ring|Pinky)/;
 
 export class RigChoice {
-  /** `changed` hears that another rig was chosen, or that it is known by now. */
+  /** `changed` is called when another rig was chosen, or its mapping was read or corrected. */
   constructor(changed) {
     Object.assign(this, { changed, rigs: [], name: "", facts: null, busy: "", element: h("div", { class: "rig" }) });
   }
 
-  /** Whether an export onto the rig can be begun. */
+  /** Whether an export onto the rig can start. */
   get ready() {
     return Boolean(this.facts && !this.facts.problem);
   }

@@ -1,4 +1,4 @@
-// Several performers on the stage, as a list in the performer panel: colour, name, height, state, and what can be done.
+// Several performers on the stage, as a list in the performer panel: colour, name, height, state, and actions.
 import { byId, h, redraw } from "../base/dom.js";
 import { exchangePerformers, forgetPerformer, keepProfile, renamePerformer } from "../base/api.js";
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
@@ -54,7 +54,7 @@ function row(one, colours) {
     one.number && acts(one));
 }
 
-/** A button for each pair of performers: one click exchanges them. */
+/** Return a button for each pair of performers: one click exchanges them. */
 function exchanges(names) {
   const pairs = names.flatMap((first, place) => names.slice(place + 1).map((second) => [first, second]));
   return pairs.length > 0 && h("div", { class: "exchanges operate", role: "group", aria: { label: t("people.exchange_title") } }, pairs.map(([first, second]) => h("button", {
@@ -63,7 +63,7 @@ function exchanges(names) {
   }, `${first} ⇄ ${second}`)));
 }
 
-/** Show everybody on a stage of several, in the view's colours of performers; nothing where one is alone. */
+/** Show all people on a stage of several performers, in the view's colours; hidden without several. */
 export function updatePeople({ performers, performer_warnings: warnings }, colours) {
   const names = performers.filter((one) => one.number).map((one) => one.name);
   const place = byId("people");
