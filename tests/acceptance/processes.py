@@ -23,16 +23,20 @@ _random = random.SystemRandom()
 
 
 def wait_until(happened: Callable[[], Any], what: str, timeout_s: float = START_S) -> Any:
-    """Return what `happened` returns once that is true; a server that does not answer is waited for."""
-    end = time.monotonic() + timeout_s
+    """Return what `happened` returns once that is true; a server that does not answer is waited for.
+
+    It is asked less often the longer it lasts, because each answer costs the server some milliseconds.
+    """
+    begin = time.monotonic()
     while True:
         try:
             if value := happened():
                 return value
         except httpx.HTTPError:
             pass
-        assert time.monotonic() < end, f"waited {timeout_s:.0f} s in vain until {what}"
-        time.sleep(0.05)
+        waited_s = time.monotonic() - begin
+        assert waited_s < timeout_s, f"waited {timeout_s:.0f} s in vain until {what}"
+        time.sleep(min(0.05 + 0.05 * waited_s, 0.3))
 
 
 def free_port() -> int:

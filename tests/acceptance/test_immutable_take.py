@@ -1,4 +1,7 @@
-"""kill -9 while recording, start again, Stop, then a recording played as cameras of its names: the take stays."""
+"""kill -9 while recording, start again, Stop, then a recording played as cameras of its names: the take stays.
+
+`tests/live/test_immutable.py` and `tests/live/test_own_frames.py` do the same within one process.
+"""
 
 import time
 from pathlib import Path
@@ -40,6 +43,7 @@ def settled(server: ServerProcess, raw: Path) -> bool:
     return server.kept() == 0 and not is_held(raw) and inspect_raw(raw).complete
 
 
+@pytest.mark.long
 @pytest.mark.timeout(900)
 def test_a_take_that_was_stopped_after_a_kill_is_not_changed_by_cameras_of_its_names(tmp_path: Path) -> None:
     with server_process(tmp_path / "sessions") as server:

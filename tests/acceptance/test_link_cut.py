@@ -64,7 +64,7 @@ def run_cuts(tmp_path: Path, cuts_s: list[float]) -> None:
         proxy = Proxy(server.port)
         with camera_processes(tmp_path, f"http://127.0.0.1:{proxy.port}", CAMERAS):
             wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras send")
-            path = cut_within_take(server, proxy, cuts_s, random.Random(3))
+            path = cut_within_take(server, proxy, cuts_s, random.Random(1))
             wait_until(lambda: check_nothing_lost(path / "raw.mcap") > 0, "the take is whole")
             late = sum(r.late for r in read_raw(path / "raw.mcap") if isinstance(r, RawFrame))
             print(
@@ -98,7 +98,8 @@ def ended_while_cut(server: ServerProcess, proxy: Proxy) -> None:
 
 @pytest.mark.timeout(900)
 def test_link_cut(tmp_path: Path) -> None:
-    run_cuts(tmp_path, [0.5, 2.0, 1.0])
+    """The first cut is noticed by both ends, the second one by none."""
+    run_cuts(tmp_path, [0.5, 2.0])
 
 
 @pytest.mark.long

@@ -108,7 +108,7 @@ def _kept(stage: LiveStage) -> int:
 
 @pytest.mark.timeout(900)
 def test_load(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    run_load(tmp_path, monkeypatch, 10.0)
+    run_load(tmp_path, monkeypatch, 5.0)
 
 
 @pytest.mark.long

@@ -13,6 +13,7 @@ from playwright.sync_api import expect
 
 from studio.api.address import own_address
 from tests import patient
+from tests.acceptance.processes import wait_until
 from tests.web.browser import quiet_page
 
 
@@ -107,17 +108,25 @@ def test_encrypted(tmp_path):
             command += ["--certificate", str(certificate), "--name", "other"]
             with subprocess.Popen(command, stdout=subprocess.DEVNULL) as camera:
                 try:
-                    cameras = {}
-                    while not any(c["frames"] > 5 for c in cameras.values()):
-                        assert camera.poll() is None
-                        cameras = client.get("status").json()["cameras"]
+                    wait_until(lambda: sends(camera, client), "the paired camera sends")
                 finally:
                     camera.terminate()
             client.post(
                 "local-cameras", json={"simulated": True}
             ).raise_for_status()  # clients of the server itself
-            while "camera_1" not in cameras or not cameras["camera_1"]["frames"]:
-                cameras = client.get("status").json()["cameras"]
+            wait_until(lambda: frames_of(client).get("camera_1"), "the server's own cameras send")
+
+
+def frames_of(client):
+    """How many frames each camera has sent."""
+    cameras = client.get("status").json()["cameras"]
+    return {name: camera["frames"] for name, camera in cameras.items()}
+
+
+def sends(program, client):
+    """Whether a camera has sent some frames; its program must run."""
+    assert program.poll() is None
+    return any(frames > 5 for frames in frames_of(client).values())
 
 
 @pytest.mark.parametrize(

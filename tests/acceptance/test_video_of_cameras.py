@@ -20,7 +20,9 @@ from tests.acceptance.processes import ServerProcess, server_process, wait_until
 from tests.take.video_files import write_video
 from tests.take.video_takes import BITS, number_in, numbered_pictures
 
-PICTURES, RATE_HZ = 120, 30
+PICTURES, RATE_HZ = 40, 10
+WRITTEN = round(1.5 * RATE_HZ)
+"""Pictures after which a part has some that can be read: one second of them is written at a time."""
 
 
 class VideoClient:
@@ -29,7 +31,8 @@ class VideoClient:
     def __init__(self, folder: Path, video: Path, url: str) -> None:
         self.videos = folder / "spool" / "video"
         self.log = folder / "camera.log"
-        self._command = [sys.executable, "-m", "studio", "camera", "--source", f"video:{video}?model=lite"]
+        source = f"video:{video}?model=lite&no-hands"
+        self._command = [sys.executable, "-m", "studio", "camera", "--source", source]
         self._command += [
             "--name",
             "phone",
@@ -51,7 +54,7 @@ class VideoClient:
 
     def parts(self) -> int:
         """How many parts have pictures."""
-        return sum(file.stat().st_size > 8 * 45 for file in self.videos.glob("*.times"))
+        return sum(file.stat().st_size > 8 * WRITTEN for file in self.videos.glob("*.times"))
 
     def close(self) -> None:
         if self.process.poll() is None:
@@ -126,7 +129,8 @@ def check_hostile(server: ServerProcess, take: Take, folder: Path) -> None:
 
 @pytest.mark.timeout(900)
 def test_the_video_of_a_take_comes_after_it_though_the_client_was_killed(tmp_path: Path) -> None:
-    source = write_video(tmp_path / "numbers.mp4", numbered_pictures(PICTURES))
+    times_ms = [round(k * 1000 / RATE_HZ) for k in range(PICTURES)]
+    source = write_video(tmp_path / "numbers.mp4", numbered_pictures(PICTURES), times_ms, gop=4)
     period_ns = round(VideoFile.open(source).duration_s * 1e9) + 500_000_000
     with server_process(tmp_path / "sessions") as server:
         client = VideoClient(tmp_path, source, server.url)

@@ -247,7 +247,7 @@ def test_names_go_into_the_take_and_finish_knows_who_was_measured_before(shoot):
         shoot.stage.rename_performer("performer_2", "Cy")
     shoot.play(0.5)
     started = shoot.stage.start_recording("day", "both")
-    shoot.play(2.5)
+    shoot.play(1.0)
     shoot.stage.stop_recording()
     take = Take.open(shoot.stage.sessions / started.session / started.take)
     assert take.performer_names("live") == ["performer_1", "performer_2"]
