@@ -303,7 +303,6 @@ export function startCompare() {
     changed: updateCompare,
     measured: forget,
     show: (reference) => { const { take: takeId, solve } = replayed(); return open(takeId, solve, reference ? { take: takeId, reference } : null); },
-    solves: (takeId) => takeOf(takeId)?.solves ?? [],
   });
   state.people = new PeopleFigures(updateCompare);
   byId("compare-close").addEventListener("click", toggleCompare);

@@ -23,8 +23,8 @@ export function safeName(name) {
 
 export class ReferenceSection {
   /** `changed` redraws, `measured` forgets figures, `show(name or null)` shows a reference as the second figure. */
-  constructor({ changed, measured, show, solves }) {
-    Object.assign(this, { changed, measured, show, solves, names: [], take: "", solve: "", chosen: "", details: null, aligned: null, busy: "", files: null, report: null });
+  constructor({ changed, measured, show }) {
+    Object.assign(this, { changed, measured, show, names: [], take: "", solve: "", chosen: "", details: null, aligned: null, busy: "", files: null, report: null });
     undoing("reference", (take, name) => attempt(async () => { await restoreReference(take, name); if (take === this.take) await this.load(); }));
   }
 
