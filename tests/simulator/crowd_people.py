@@ -6,11 +6,12 @@ Ten motions (those of `STUDIO_TEST_DATA/mocap` and the embedded one) meet in fiv
 import argparse
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.identity.whole_take import People, find_people
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel
@@ -53,9 +54,16 @@ def frames_of(seen: SeenCrowd) -> list[CameraFrame]:
     return out
 
 
-def crowd_of(motions: Sequence[str | Path], meeting: str, cameras: int, seed: int):
-    """Simulated performers, what the cameras see of them, their frames, and the true calibration."""
-    together = meet([stage_motion(path, calibration=False)[0] for path in motions], meeting)
+def crowd_of(
+    motions: Sequence[str | Path], meeting: str, cameras: int, seed: int, *, seconds: float | None = None
+):
+    """Simulated performers, what the cameras see of them, their frames, and the true calibration.
+
+    Args:
+        seconds: they perform for, at most; None = the whole of the shortest motion.
+    """
+    whole = [stage_motion(path, calibration=False)[0] for path in motions]
+    together = meet([motion if seconds is None else beginning(motion, seconds) for motion in whole], meeting)
     rig = standard_rig(cameras)
     seen = list(see_crowd(together, rig, seed=seed))
     placed = {
@@ -65,6 +73,12 @@ def crowd_of(motions: Sequence[str | Path], meeting: str, cameras: int, seed: in
     walker = Performer(1.75, together.motions[0].offsets_m)
     calibration = Calibration(reference=rig[0].name, cameras=placed, performer=walker)
     return together, seen, {one.camera: frames_of(one) for one in seen}, calibration
+
+
+def beginning(motion: CanonicalMotion, seconds: float) -> CanonicalMotion:
+    """Return a motion's first seconds."""
+    count = round(seconds / motion.frame_s)
+    return replace(motion, positions_m=motion.positions_m[:count], hands_open=motion.hands_open[:count])
 
 
 def _clock(seen: SeenCrowd) -> ClockModel:

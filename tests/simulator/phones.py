@@ -52,23 +52,23 @@ def frames_of(camera: SeenLandmarks) -> list[CameraFrame]:
     return out
 
 
+def seen_by(motion: CanonicalMotion, cameras: int, seed: int, timing: PictureTiming) -> list[SeenLandmarks]:
+    """What a number of cameras see of a motion."""
+    return list(see_landmarks(motion, standard_rig(cameras), seed=seed, timing=timing))
+
+
 def errors_mm(
-    motion: CanonicalMotion,
-    cameras: int,
-    seed: int,
-    timing: PictureTiming,
-    solve: str,
-    *,
-    readout_ms: float = 0.0,
+    motion: CanonicalMotion, seen: list[SeenLandmarks], solve: str, *, readout_ms: float = 0.0
 ) -> NDArray[np.float64]:
     """Errors of the joints with true cameras and the true body, shape (frame_count, 14).
 
     Args:
-        timing: of the pictures; readout_ms: the readout time that the solve assumes.
-        solve: a preset.
+        seen: of all cameras (`seen_by`).
+        solve: a preset; readout_ms: the readout time that it assumes.
     """
-    rig, calibrated, frames = standard_rig(cameras), dict[str, CameraCalibration](), list[CameraFrame]()
-    for place, camera in zip(rig, see_landmarks(motion, rig, seed=seed, timing=timing), strict=True):
+    rig = standard_rig(len(seen))
+    calibrated, frames = dict[str, CameraCalibration](), list[CameraFrame]()
+    for place, camera in zip(rig, seen, strict=True):
         calibrated[camera.camera] = CameraCalibration(
             place.T_stage_camera, lens=camera.lens, readout_ms=readout_ms
         )
@@ -92,9 +92,9 @@ def main() -> None:
         motion, _ = stage_motion(chosen.data / "mocap" / f"{name}.bvh", calibration=False)
         for cameras in (2, 4):
             for title, timing in TIMINGS.items():
-                told = []
+                told, seen = [], seen_by(motion, cameras, 1, timing)
                 for solve in ("studio", "finish"):
-                    errors = errors_mm(motion, cameras, 1, timing, solve)
+                    errors = errors_mm(motion, seen, solve)
                     told.append(
                         f"{solve} {errors.mean():5.1f} mm, 95 % under {np.percentile(errors, 95):5.1f}"
                     )

@@ -12,7 +12,7 @@ from tests.simulator.finger_figures import BAR_MM, LIVE_BAR_MM, SeenStage, figur
 
 @pytest.fixture(scope="module")
 def stage() -> SeenStage:
-    return seen_stage(9.0, seed=11)
+    return seen_stage(6.0, seed=11)
 
 
 def test_hands_are_human() -> None:

@@ -31,7 +31,7 @@ def beginning(seconds: float) -> CanonicalMotion:
 
 @pytest.fixture(scope="module")
 def seen() -> list[SeenLandmarks]:
-    return list(see_landmarks(beginning(30.0), standard_rig(2), seed=4))
+    return list(see_landmarks(beginning(15.0), standard_rig(2), seed=4))
 
 
 def missed_m(camera: SeenLandmarks, rig: RigCamera) -> tuple[np.ndarray, np.ndarray]:

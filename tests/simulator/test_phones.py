@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from studio.engine.animation.motion.motion import CanonicalMotion
-from studio.simulator.landmarks.seen import see_landmarks
+from studio.simulator.landmarks.seen import SeenLandmarks, see_landmarks
 from studio.simulator.landmarks.timing import PictureTiming
 from studio.simulator.motion import stage_motion
 from studio.simulator.rig import standard_rig
-from tests.simulator.phones import READOUT_S, TIMINGS, errors_mm
+from tests.simulator.phones import READOUT_S, TIMINGS, errors_mm, seen_by
 
 
 @pytest.fixture(scope="module")
@@ -45,17 +45,27 @@ def test_a_slow_span_has_fewer_pictures_with_their_own_times(running: CanonicalM
 
 
 def test_a_known_readout_gives_the_accuracy_back(running: CanonicalMotion) -> None:
-    at_once, rolled = TIMINGS["all rows at once, 30 Hz"], TIMINGS["rows in 25 ms"]
-    clean = errors_mm(running, 4, 1, at_once, "finish").mean()
-    ignored = errors_mm(running, 4, 1, rolled, "finish").mean()
-    known = errors_mm(running, 4, 1, rolled, "finish", readout_ms=1e3 * READOUT_S).mean()
+    at_once, rolled = (
+        seen_by(running, 4, 1, TIMINGS[name]) for name in ("all rows at once, 30 Hz", "rows in 25 ms")
+    )
+    clean = errors_mm(running, at_once, "finish").mean()
+    ignored = errors_mm(running, rolled, "finish").mean()
+    known = errors_mm(running, rolled, "finish", readout_ms=1e3 * READOUT_S).mean()
     assert ignored > clean + 1.0
     assert known < clean + 0.6
 
 
+@pytest.fixture(scope="module")
+def steady_and_slow(running: CanonicalMotion) -> list[list[SeenLandmarks]]:
+    """What two cameras see at a steady rate, and as both fall to 12 Hz at once."""
+    timings = PictureTiming(), PictureTiming(slow_s=((0.7, 1.6),))
+    return [seen_by(running, 2, 1, timing) for timing in timings]
+
+
 @pytest.mark.parametrize(("solve", "most_mm"), [("studio", 10.0), ("finish", 4.0)])
-def test_a_rate_that_falls_costs_little(running: CanonicalMotion, solve: str, most_mm: float) -> None:
-    """All cameras fall to 12 Hz at once; live, that costs 5 to 11 mm (docs/experiments/rays.md)."""
-    slow = PictureTiming(slow_s=((0.7, 1.6),))
-    steady = errors_mm(running, 2, 1, PictureTiming(), solve).mean()
-    assert errors_mm(running, 2, 1, slow, solve).mean() < steady + most_mm
+def test_a_rate_that_falls_costs_little(
+    running: CanonicalMotion, steady_and_slow: list[list[SeenLandmarks]], solve: str, most_mm: float
+) -> None:
+    """Live, that costs 5 to 11 mm (docs/experiments/rays.md)."""
+    steady, slow = (errors_mm(running, seen, solve).mean() for seen in steady_and_slow)
+    assert slow < steady + most_mm

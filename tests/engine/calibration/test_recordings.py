@@ -13,12 +13,14 @@ from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.cameras.pairs import LocalClock, grid, make_track, sample
 from studio.engine.calibration.cameras.refine import PlacedCamera
 from studio.engine.calibration.cameras.swaps import find_swaps
+from studio.engine.calibration.holding import MustHold
 from studio.engine.calibration.quality.agreement import disagreements
 from studio.engine.calibration.quality.residuals import even_blocks, residuals
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.frames import CameraFrame
-from studio.engine.model.joints import CANONICAL, JOINT_SETS, MIRROR, to_canonical
+from studio.engine.model.frames import CameraFrame, FrameSet
+from studio.engine.model.joints import CANONICAL, JOINT_COUNT, JOINT_SETS, MIRROR, to_canonical
 from tests.engine.calibration.scoring import clock_error_ms, spans_of, stage_error, transform_error
+from tests.engine.calibration.test_watch import alarms, apart
 
 SETS = {
     "punches_2_cameras": (0.015, 0.5),
@@ -115,12 +117,19 @@ def kinect_frames(path: Path) -> dict[str, list[CameraFrame]]:
 
 
 @cache
-def calibrated(path: Path) -> tuple[dict[str, list[CameraFrame]], Calibration]:
-    """A pair's frames and its calibration."""
+def read(path: Path) -> dict[str, list[CameraFrame]]:
+    """A pair's frames, or a skip."""
     if not path.is_file():
         pytest.skip(f"no {path}")
-    frames = kinect_frames(path)
-    return frames, calibrate(frames)
+    return kinect_frames(path)
+
+
+@cache
+def calibrated(
+    path: Path, must_hold: MustHold = "always"
+) -> tuple[dict[str, list[CameraFrame]], Calibration]:
+    """A pair's frames and its calibration."""
+    return read(path), calibrate(read(path), must_hold=must_hold)
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -160,9 +169,9 @@ def test_injected_swaps_are_found(test_data, name):
 
 
 def test_real_kinects_that_disagree_at_the_end(test_data: Path):
-    frames, whole = calibrated(test_data / "kinect2_pairs" / STUDY_2)
+    _, whole = calibrated(test_data / "kinect2_pairs" / STUDY_2)
     assert whole.refused
-    found = calibrate(frames, must_hold="somewhere")
+    frames, found = calibrated(test_data / "kinect2_pairs" / STUDY_2, "somewhere")
     second = list(found.cameras)[1]
     camera = found.cameras[second]
     assert camera.verdict == "usable", camera.reasons
@@ -171,6 +180,32 @@ def test_real_kinects_that_disagree_at_the_end(test_data: Path):
     assert span.to_s is None
     assert camera.residual_median_mm < 15.0
     assert camera.residual_pairs > 20_000
+
+
+def test_real_kinects_that_disagree_for_their_last_second_are_told_at_that_moment(test_data: Path):
+    frames, found = calibrated(test_data / "kinect2_pairs" / STUDY_2, "somewhere")
+    tracks = {name: make_track(mine) for name, mine in frames.items()}
+    starts = {
+        name: found.cameras[name].clock.stage_ns(track.epoch_ns) * 1e-9 for name, track in tracks.items()
+    }
+    first_s = starts[found.reference]
+    times = np.arange(0.0, tracks[found.reference].times_s[-1], 1 / 30)
+    seen = np.array(
+        [
+            transform_points(
+                found.cameras[name].T_stage_camera, sample(track, times + first_s - starts[name])[0]
+            )
+            for name, track in tracks.items()
+        ]
+    )
+    weights, places = np.ones((*seen.shape[:1], JOINT_COUNT)), np.zeros((2, 3))
+    shown = [
+        FrameSet(round(t * 1e9), tuple(tracks), seen[:, i], weights, places) for i, t in enumerate(times)
+    ]
+    told = apart(shown)
+    assert {name for _, name in told} == set(frames)
+    assert all(100.0 < at_s < 101.3 for at_s, _ in told)
+    assert not alarms(shown)  # a second is too short to report a moved camera
 
 
 def kabsch(source, target, share: float):

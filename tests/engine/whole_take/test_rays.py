@@ -14,12 +14,15 @@ from tests.engine.whole_take.walking import PicturedWalk, read_treadmill, read_w
 Solves = Callable[[tuple[str, ...]], list[list[StepResult]]]
 
 
-@pytest.fixture(scope="module")
-def treadmill(test_data: Path) -> PicturedWalk:
+@pytest.fixture(
+    scope="module", params=[60, pytest.param(None, marks=pytest.mark.long)], ids=["second", "whole"]
+)
+def treadmill(request: pytest.FixtureRequest, test_data: Path) -> PicturedWalk:
+    """A second of the videos at 60 Hz, or all of them."""
     folder = test_data / "rgb" / "pose2sim_single"
     if not folder.is_dir():
         pytest.skip(f"no {folder}")
-    return read_treadmill(folder)
+    return read_treadmill(folder, request.param)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations, pairwise
+from itertools import combinations, islice, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +41,9 @@ from studio.engine.model.triangulation.rays import ACROSS_PER_M, nearest_on_rays
 from studio.engine.model.triangulation.triangulation import triangulate
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.whole_take.finisher import Finisher
-from studio.take.video.landmarks import landmarks_of
+from studio.take.video.file import VideoFile
+from studio.take.video.landmarks import LandmarkReader
+from studio.take.video.picture import small_picture
 from studio.wire import LandmarkArrays
 
 MEASURED = [INDEX[name] for name in MEASURED_JOINTS]
@@ -224,20 +226,20 @@ def read_walk(folder: Path) -> PicturedWalk:
     return PicturedWalk(cameras, frames, found["segment"], true_m)
 
 
-def read_treadmill(folder: Path) -> PicturedWalk:
-    """Read the videos of `rgb/pose2sim_single`."""
+def read_treadmill(folder: Path, count: int | None = None) -> PicturedWalk:
+    """Read the videos of `rgb/pose2sim_single`, or their first frames."""
     frames = {}
     for path in sorted(folder.glob("cam*.mp4")):
-        found = landmarks_of(path, hands=False, progress=lambda share: None)
-        seen = zip(found.times_ns.tolist(), found.pictures, found.visibility, strict=True)
-        frames[path.stem] = [_frame(path.stem, *one) for one in seen]
-    times_ns = np.array([frame.device_time_ns for frame in next(iter(frames.values()))])
-    cameras = _cameras(folder, found.pictures[0].width, found.pictures[0].height)
-    whole = PicturedWalk(
-        cameras, frames, np.zeros(len(times_ns)), np.empty(0), 1e9 / np.diff(times_ns).mean()
-    )
-    joints = _mean(whole.placed_m())
-    filled = np.apply_along_axis(_filled, 0, joints)
+        reader, mine = LandmarkReader("full", hands=False), []
+        for time_ns, picture in islice(VideoFile.open(path).frames(), count):
+            seen, pose = reader.read(small_picture(picture))
+            sure = np.zeros(len(seen.pixels)) if pose is None else pose.visibility
+            mine.append(_frame(path.stem, time_ns, seen, sure))
+        frames[path.stem] = mine
+    hz = 1e9 / np.diff([frame.device_time_ns for frame in mine]).mean()
+    cameras = _cameras(folder, seen.width, seen.height)
+    whole = PicturedWalk(cameras, frames, np.zeros(len(mine)), np.empty(0), hz)
+    filled = np.apply_along_axis(_filled, 0, _mean(whole.placed_m()))
     smooth = sosfiltfilt(butter(4, _CUTOFF_HZ, fs=whole.hz, output="sos"), filled, axis=0)
     return replace(whole, true_m=smooth)
 

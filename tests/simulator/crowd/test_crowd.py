@@ -15,9 +15,12 @@ from studio.simulator.motion import stage_motion
 from studio.simulator.rig import standard_rig
 from studio.take.raw.frames import camera_frames
 from tests.refused import refused
+from tests.simulator.crowd_people import beginning
 from tests.simulator.short_demo import short_demo
 
 HIPS = INDEX["hips"]
+PASSING_S = 30.0
+"""They pass each other every 3.5 seconds."""
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +56,7 @@ def test_a_hand_lifts_the_other_s_arm(demo):
 
 
 def test_cameras_lose_who_is_hidden_and_give_new_numbers(demo):
-    together = meet([demo, demo], "passing")
+    together = meet([beginning(demo, PASSING_S)] * 2, "passing")
     exchanged = 0
     for seen in see_crowd(together, standard_rig(2), seed=3):
         before = seen.taken_s < together.enters_s[1]
@@ -72,7 +75,7 @@ def test_cameras_lose_who_is_hidden_and_give_new_numbers(demo):
 def two(tmp_path_factory) -> Path:
     """A take of two performers, made by the command."""
     path = tmp_path_factory.mktemp("two") / "take"
-    with short_demo(20.0):
+    with short_demo(6.0):
         assert main([*TWO, str(path)]) == 0
     return path
 

@@ -121,7 +121,7 @@ def test_a_performer_who_stands_still_is_refused() -> None:
 
 
 def test_a_camera_that_is_there_twice_is_refused_and_the_others_are_placed() -> None:
-    views = rig(knows_lens=True)
+    views = rig(knows_lens=True, seconds=6.0)
     result = calibrate_views([*views, replace(views[0], name="again")])
     assert codes(result, "again") == ["views.same_picture"]
     assert all(result.cameras[view.name].verdict != "refused" for view in views)

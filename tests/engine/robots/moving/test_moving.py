@@ -37,7 +37,7 @@ def walk(test_data: Path) -> Poses:
     return poses_of(test_data / "mocap" / "02_01.bvh")
 
 
-@pytest.fixture(params=["child", "short legs", "g1", "h1"])
+@pytest.fixture(params=["child", "short legs", "g1", pytest.param("h1", marks=pytest.mark.long)])
 def robot(request, tmp_path: Path, test_data: Path) -> Robot:
     name = request.param
     if name in ("g1", "h1"):

@@ -60,7 +60,7 @@ def test_the_torques_of_a_stance_are_mujocos(tmp_path: Path):
 
 def test_torques_of_weak_arms_are_kept_within_their_limits(tmp_path: Path, test_data: Path):
     robot = child(tmp_path)
-    walk = frames_of(imported_poses(test_data / "mocap" / "02_03.bvh")[0], slice(1, 90))
+    walk = frames_of(imported_poses(test_data / "mocap" / "02_03.bvh")[0], slice(1, 60))
     targets = targets_of(robot, performed(walk))
     free = replace(robot, torque_nm=np.tile([-1.0, 1.0], (robot.active.size, 1)))
     before = retargeted(robot, targets, Retargeting(strength=False))

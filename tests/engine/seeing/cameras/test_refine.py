@@ -19,6 +19,9 @@ SECONDS = 4.6
 LATE = 60
 """Number of images of the T-pose that can be left out: a body is found without them, too."""
 
+ENOUGH = 90
+"""Number of image sets that are enough to refine cameras that stand where they are given."""
+
 
 @pytest.fixture(scope="module")
 def washing():
@@ -47,7 +50,7 @@ def test_cameras_and_hands_are_nearer_the_truth(washing):
 
 
 def test_exact_cameras_stay_within_millimetres(washing):
-    found = refined(washing, washing.placed)
+    found = refined(replace(washing, sets=washing.sets[:ENOUGH]), washing.placed)
     placed = {name: found.calibration.cameras[name].T_stage_camera for name in washing.placed}
     assert found.refused is None and apart_m(placed, washing.placed) < 0.005
     assert max(move.metres for move in found.moves.values()) < 0.01

@@ -1,13 +1,14 @@
 """Depth images of two simulated people."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from studio.engine.animation.motion.authored import demo_motion
 from studio.engine.model.cameras.depth import DepthFrame
-from studio.simulator.body.performers import TUNING
-from studio.simulator.performer.motion import perform
+from studio.simulator.body.performers import TUNING, Actor
+from studio.simulator.performer.motion import PerformerMotion, perform
 from studio.simulator.rig import standard_rig
 from studio.simulator.sensor.sensors import find_sensor
 from studio.simulator.sensor.stage import DepthStage
@@ -21,13 +22,12 @@ def couple(first, second, *, cameras=1, seconds=1.0, begin_s=0.0, enters_s=0.0):
     `first`, `second`: from seconds since the beginning to places on the floor [m], shape (F, 2), relative to the
     demo's own. `begin_s`: start in the demo, which begins with a T-pose. `enters_s`: when the second person enters.
     """
-    motion = demo_motion()
     rig, sensor = standard_rig(cameras), find_sensor("azure-kinect")
     done = []
     for way, performer in ((first, TUNING[0]), (second, TUNING[1])):
-        one = perform(motion, performer, acts=False)
-        places = np.zeros((motion.frame_count, 3))
-        places[:, :2] = way(motion.times_s() - begin_s)
+        one = _performed(performer)
+        places = np.zeros((one.motion.frame_count, 3))
+        places[:, :2] = way(one.motion.times_s() - begin_s)
         moved = replace(one.motion, positions_m=one.motion.positions_m + places[:, None])
         done.append(replace(one, motion=moved))
     done[1] = replace(done[1], enters_s=begin_s + enters_s)
@@ -48,6 +48,11 @@ def couple(first, second, *, cameras=1, seconds=1.0, begin_s=0.0, enters_s=0.0):
         sets,
         truth,
     )
+
+
+@cache
+def _performed(performer: Actor) -> PerformerMotion:
+    return perform(demo_motion(), performer, acts=False)
 
 
 def stays(x_m, y_m=0.0):

@@ -17,7 +17,7 @@ from tests.engine.seeing.tracker.scenes import simulated
 @pytest.fixture(scope="module")
 def scene():
     """A person in front of three cameras, who is gone for a while and comes back."""
-    cameras, placed, sets, _ = simulated(arms_crossed(), cameras=3, end_s=0.3)
+    cameras, placed, sets, _ = simulated(arms_crossed(), cameras=3, end_s=0.25)
     last = sets[-1]
 
     def later(images, k, depth_mm=None):
@@ -31,7 +31,7 @@ def scene():
 
     empty = np.zeros(next(iter(last.values())).depth_mm.shape, np.uint16)
     gone = [later(last, k, empty) for k in range(12)]
-    back = [later(images, 12 + k) for k, images in enumerate(sets[:5])]
+    back = [later(images, 12 + k) for k, images in enumerate(sets[:2])]
     return cameras, placed, [*sets, *gone, *back]
 
 

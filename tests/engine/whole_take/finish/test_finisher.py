@@ -76,7 +76,7 @@ def test_windows_do_not_show(take, solves, monkeypatch, window):
 
 
 def test_equal_input_gives_equal_bits(take):
-    frames, told = take[0][:400], []
+    frames, told = take[0][:200], []
     settings = parse_settings("finish")
     a, b = (solve_frames(frames, take[1], settings, progress=callback) for callback in (None, told.append))
     assert told == sorted(told) and told[-1] == 1.0
@@ -105,7 +105,7 @@ def test_a_joint_out_of_reach_is_not_followed(take):
     frames, calibration, _ = take
     wrist = INDEX["left_wrist"]
     wrong = []
-    for frame in frames[:180]:
+    for frame in frames[:120]:
         positions = frame.positions.copy()
         positions[wrist] += calibration.cameras[frame.camera].T_stage_camera[2, :3] * 0.2
         wrong.append(replace(frame, positions=positions))
