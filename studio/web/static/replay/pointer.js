@@ -12,7 +12,7 @@ function follow(event, move) {
   canvas.addEventListener("pointerup", () => canvas.removeEventListener("pointermove", move), { once: true });
 }
 
-/** Drag the playhead, or on the ruler the range: its end if the pointer is on one, else a new range. Alt: without snapping. */
+/** Drag the playhead, or on the ruler the range: the end nearest to the pointer if it is on one, else a new range. Alt: without snapping. */
 export function hold(event, { replay, places, goTo, change }) {
   const canvas = event.currentTarget, perFrame = pixelsPerFrame(canvas, replay);
   const at = (moved) => {
@@ -26,8 +26,8 @@ export function hold(event, { replay, places, goTo, change }) {
   }
   const begun = frameAt(canvas, event, replay, true);
   const { first, last } = replay;
-  const near = (frame) => Math.abs(frame - begun) * perFrame <= GRIP_PX;
-  const other = near(first) ? last : near(last) ? first : begun;
+  const [toFirst, toLast] = [first, last].map((frame) => Math.abs(frame - begun) * perFrame);
+  const other = Math.min(toFirst, toLast) > GRIP_PX ? begun : toFirst < toLast ? last : first;
   follow(event, (moved) => {
     const frame = at(moved);
     if (frame !== other) change({ first: Math.min(frame, other), last: Math.max(frame, other) });
