@@ -92,12 +92,6 @@ def run_kills(tmp_path: Path, count: int, longest_s: float) -> list[float]:
 
 
 @pytest.mark.long
-@pytest.mark.timeout(900)
-def test_kill_at_random_moments(tmp_path: Path) -> None:
-    run_kills(tmp_path, 2, 2.0)
-
-
-@pytest.mark.long
 @pytest.mark.timeout(5400)
 def test_kill_at_50_random_moments(tmp_path: Path) -> None:
     assert max(run_kills(tmp_path, 50, 4.0)) <= ON_DISK_S

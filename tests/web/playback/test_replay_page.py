@@ -175,10 +175,8 @@ def the_timeline_zooms_snaps_and_takes_a_range(address: str, page: Page, box: di
     page.mouse.move(x_of(90), box["y"] + 8, steps=3)
     page.mouse.up()
     until(lambda: (replay(address)["first"], replay(address)["last"]) == (30, 90))
-    for begin, end, first, last in (
-        (90, 31, 30, 31),
-        (31, 90, 30, 90),
-    ):  # ends that touch: the nearer one is dragged
+    # where the ends touch, the nearer one is dragged
+    for begin, end, first, last in ((90, 31, 30, 31), (31, 90, 30, 90)):
         page.mouse.move(x_of(begin), box["y"] + 8)
         page.keyboard.down("Alt")  # without snapping
         page.mouse.down()

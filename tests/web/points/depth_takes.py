@@ -1,6 +1,5 @@
 """Takes with depth for tests of points: a still performer before two exact cameras, with the cameras' true places."""
 
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -23,6 +22,7 @@ from studio.take.raw.frames import RawWriter
 from studio.take.raw.records import intrinsics_of
 from studio.wire import PROTOCOL_VERSION, Hello, depth_image, encode
 from tests.poses_factory import make_poses
+from tests.simulator.crowd_people import beginning
 from tests.web.playback.takes import add_picture
 
 CAMERAS = ("camera_0", "camera_1")
@@ -42,10 +42,8 @@ DAMAGED = 18
 @cache
 def stage(sensor: str = "ideal") -> DepthStage:
     """The embedded performer before two cameras, with the beginning of the motion: only the first image is taken."""
-    whole = stage_motion()
-    begin = slice(round(BEGIN_S / whole.frame_s))
-    motion = replace(whole, positions_m=whole.positions_m[begin], hands_open=whole.hands_open[begin])
-    return DepthStage.of(find_sensor(sensor), standard_rig(2), perform(motion, DEFAULT), DEFAULT)
+    motion = perform(beginning(stage_motion(), BEGIN_S), DEFAULT)
+    return DepthStage.of(find_sensor(sensor), standard_rig(2), motion, DEFAULT)
 
 
 @cache

@@ -7,7 +7,6 @@ A leg that no camera reads must hang down naturally, and its joints must be doub
 import argparse
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from studio.engine.model.cameras.depth import DepthFrame
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.tracker.tracker import Tracker
 from studio.simulator.body.performers import SCORING, Actor
-from studio.simulator.performer.motion import PerformerMotion, perform
+from studio.simulator.performer.motion import perform
 from studio.simulator.rig import RigCamera, look_at, standard_rig
 from studio.simulator.sensor.room import Box
 from studio.simulator.sensor.sensors import Sensor, find_sensor
@@ -51,7 +50,7 @@ def scene(way: str, seed: int, performer: Actor, begin_s: float) -> tuple[DepthS
     rng = np.random.default_rng([seed, WAYS.index(way)])
     count = 1 + seed % 3
     sensor, rig = find_sensor("azure-kinect"), standard_rig(count)
-    performance = _performed(performer)
+    performance = perform(demo_motion(), performer)
     joints = performance.at(begin_s)[0]
     knees = joints[[INDEX["left_knee"], INDEX["right_knee"]]].mean(axis=0)
     height = knees[2] + rng.uniform(-0.1, 0.15)
@@ -69,11 +68,6 @@ def scene(way: str, seed: int, performer: Actor, begin_s: float) -> tuple[DepthS
         rig = tuple(_raised(camera, sensor, np.array([knees[0], knees[1], height])) for camera in rig)
     stage = DepthStage.of(sensor, rig, performance, performer, seed=seed)
     return replace(stage, room=replace(stage.room, boxes=boxes)), rig
-
-
-@cache
-def _performed(performer: Actor) -> PerformerMotion:
-    return perform(demo_motion(), performer)
 
 
 def _above(camera: RigCamera) -> RigCamera:
