@@ -10,6 +10,7 @@ import pytest
 from fastapi import FastAPI
 from playwright.sync_api import APIResponse, Browser, Page, Route, expect
 
+from studio.api.access import Access
 from studio.api.app import create_app
 from studio.api.takes.find import Finder
 from studio.live import LiveStage
@@ -58,15 +59,18 @@ FAINT = """async () => {
 
 
 @contextmanager
-def studio(sessions: Path) -> Iterator[tuple[FastAPI, LiveStage]]:
+def studio(sessions: Path, access: Access | None = None) -> Iterator[tuple[FastAPI, LiveStage]]:
     stage = LiveStage(sessions)
     stage.start()
-    app = create_app(stage, sessions)
+    app = create_app(stage, sessions, access=access)
     view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions), jobs=app.state.jobs)
     try:
         yield app, stage
     finally:
+        for part in (app.state.local_cameras, app.state.devices, app.state.announced, app.state.triggers):
+            part.close()
         stage.close()
+        app.state.outputs.close()
         view.close()
 
 
