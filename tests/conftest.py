@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import HealthCheck, settings
 
+from studio.engine.base.system import lower_priority
 from tests.camera.sdks import write_sdks
-from tests.scheduling import REAL_TIME, Scheduling, processes
+from tests.scheduling import NICENESS, REAL_TIME, Scheduling, begins_in_real_time, processes
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -71,14 +72,17 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_configure() -> None:
-    """Let examples take their time."""
+    """Let examples take their time, and tests that compute give way to those in real time."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER")
+    if worker is not None and not begins_in_real_time(worker):
+        lower_priority(NICENESS)
     settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile("patient")
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Run half as many processes again as there are cores: many of them wait."""
+    """Run more processes than there are cores: many of them wait."""
     return processes()
 
 

@@ -1,7 +1,7 @@
 """How many processes run the tests, and which: half begin with those in real time, half with those that compute.
 
-The first kind waits at times, so three processes keep two cores busy; four take as long. A process that has none of
-its kind left goes on with the other.
+The first kind waits at times. Then the second, which gives way to it, uses its cores. A process that has none of its
+kind left goes on with the other.
 """
 
 import os
@@ -23,10 +23,18 @@ FIRST = ("tests/test_guards.py", "tests/test_site.py", "tests/test_examples.py")
 """Files that take minutes: begun last, they would keep one core busy after all others."""
 
 
+NICENESS = 5
+"""By how much those that compute give way."""
+
+
 def processes() -> int:
     """How many processes run the tests at the same time."""
-    cores = os.cpu_count() or 1
-    return cores + (cores + 1) // 2
+    return 2 * (os.cpu_count() or 1)
+
+
+def begins_in_real_time(worker: str) -> bool:
+    """Whether the process of that name (gw0, gw1, ...) begins with tests in real time."""
+    return int(worker.removeprefix("gw")) % 2 == 0
 
 
 class Scheduling(LoadScopeScheduling):
@@ -36,7 +44,7 @@ class Scheduling(LoadScopeScheduling):
         return nodeid.split("::")[0]
 
     def _assign_work_unit(self, node: "WorkerController") -> None:
-        wanted = self.nodes.index(node) % 2 == 0
+        wanted = begins_in_real_time(node.gateway.id)
         left = [name for name in self.workqueue if name.startswith(REAL_TIME) == wanted]
         scope = min(left, key=lambda name: name not in FIRST, default=None)
         if scope is not None:

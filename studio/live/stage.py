@@ -114,7 +114,7 @@ class LiveStage:
             self.prepare()
 
     def prepare(self) -> None:
-        """Load and compile the code of the first pose, on a thread."""
+        """Load and compile the code of the first pose on a thread, once there is a camera or a calibration."""
         self._engine.prepare()
 
     def close(self) -> None:

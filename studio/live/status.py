@@ -49,7 +49,8 @@ def stage_status(engine: Engine, now_ns: int) -> StageStatus:
     stage_ns = engine.roster.clock.server_to_stage_ns(now_ns)
     _, newest = engine.results.get()
     pipeline = engine.figures.status(now_ns)
-    pipeline.problem, pipeline.preparing = engine.problem, not warmup.is_ready(engine.stage_calibration)
+    pipeline.problem = engine.problem
+    pipeline.preparing = engine.prepares and not warmup.is_ready(engine.stage_calibration)
     pipeline.not_followed_mm = {} if newest is None else not_followed_mm(newest)
     pipeline.clock_offset_ns = None if stage_ns is None else now_ns - stage_ns
     performers, warnings = performers_status(engine, now_ns)

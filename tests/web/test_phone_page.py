@@ -141,6 +141,12 @@ def test_a_phone_goes_on_after_another_model_and_after_a_stop(studio, chromium):
         one.sends(made + 4)
 
 
+WRITTEN = """() => new Promise((done) => {
+  const { database } = link.keeper.spool;
+  database.transaction(database.objectStoreNames).oncomplete = done; // it waits for those that write
+})"""
+
+
 def test_a_cut_link_and_a_closed_page_lose_no_frame(studio, chromium):
     url, http, sessions = studio
     with quiet_page(chromium) as page:
@@ -153,6 +159,7 @@ def test_a_cut_link_and_a_closed_page_lose_no_frame(studio, chromium):
         assert page.evaluate("link.keeper.spool.owed") >= 20
         until(page, "link.welcomed && link.keeper.spool.owed === 0")
         page.evaluate("() => { link.close(); feed(10); link.keeper.spool.write(); }")
+        page.evaluate(WRITTEN)  # of a page that closes at once, the next test tells
         page.reload()
         page.evaluate(FEED, ["stand", "second"])
         until(page, "link.welcomed && link.keeper.spool.owed === 0")
