@@ -56,7 +56,7 @@ fi
 program="$tools/ufbx_joints"
 if [ ! -x "$program" ] || [ "$reader" -nt "$program" ]; then
     need cc "a C compiler (Debian: apt install gcc libc6-dev)"
-    cc -O1 -I "$source" -o "$program.new" "$reader" "$source/ufbx.c" -lm >>"$log" 2>&1 ||
+    cc -I "$source" -o "$program.new" "$reader" "$source/ufbx.c" -lm >>"$log" 2>&1 ||
         fail "ufbx did not compile"
     mv "$program.new" "$program"
 fi

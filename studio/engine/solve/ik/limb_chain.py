@@ -48,7 +48,7 @@ class LimbChain:
         ids = [int(model.body(name).id) for name in bodies]
         turned = [joint for joint in range(model.njnt) if model.jnt_bodyid[joint] in ids]
         self.hinges = np.array([int(model.jnt_dofadr[joint]) - FREE_DOFS for joint in turned])
-        self.ranges = ends[:, self.hinges]
+        self.ranges = np.ascontiguousarray(ends[:, self.hinges])
         self.rest = humanoid.rest_q[self.hinges]
         self._stiffness = (REST_M / humanoid.spread_rad[self.hinges]) ** 2
         sites = humanoid.site_ids[joints]

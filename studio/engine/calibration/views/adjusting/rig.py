@@ -71,18 +71,29 @@ class CameraRig:
             points: pixels from the pictures' middles, shape (camera_count, ..., 2).
             weight: inverse squared errors [1/pixel^2], shape (camera_count, ...); 0 = unseen.
         """
-        count, shape = len(self.focals), weight.shape[1:]
+        return self.meeting_of(self.ends_of(points), weight)
+
+    def ends_of(self, points: Array) -> Array:
+        """Return a point on the ray of each pixel [m], shape (camera_count, ..., 3); `points` as in `meeting`."""
+        count = len(self.focals)
         rays = np.stack([self.rays_of(c, points[c].reshape(-1, 2)) for c in range(count)])
         ways = np.concatenate([rays, np.ones((*rays.shape[:-1], 1))], axis=-1)
-        centres = -np.einsum("cba,cb->ca", self.turns, self.shifts)
-        ends = centres[:, None] + np.einsum("cba,cnb->cna", self.turns, ways)
+        ends = self._centres()[:, None] + np.einsum("cba,cnb->cna", self.turns, ways)
+        return ends.reshape(*points.shape[:-1], 3)
+
+    def meeting_of(self, ends: Array, weight: Array) -> Array:
+        """Return the same as `meeting`, of rays through points [m], shape (camera_count, ..., 3)."""
+        count, shape = len(self.focals), weight.shape[1:]
         weight = weight.reshape(count, -1)
         errors = 1.0 / (self.focals[:, None] * np.sqrt(np.where(weight > 0, weight, 1.0)))
-        ends[weight <= 0] = np.nan
+        ends = np.where(weight[..., None] > 0, ends.reshape(count, -1, 3), np.nan)
         places = triangulate(
-            ends, errors, centres, np.ones(count, dtype=np.bool_), cauchy=_CAUCHY, rounds=_ROUNDS
+            ends, errors, self._centres(), np.ones(count, dtype=np.bool_), cauchy=_CAUCHY, rounds=_ROUNDS
         )
         return places.reshape(*shape, 3)
+
+    def _centres(self) -> Array:
+        return -np.einsum("cba,cb->ca", self.turns, self.shifts)
 
     def changes(self, camera: int, positions: Array, speed: Array) -> tuple[Array, Array, Array]:
         """Return a camera's pixels, shape (..., 2), and their derivatives.

@@ -87,11 +87,12 @@ def _choose(rig: CameraRig, points: Array, weight: Array, group: np.ndarray) -> 
     most = 1 if cameras > _MOST_CAMERAS else cameras // 2
     ways = [way for way in product((False, True), repeat=cameras) if sum(way) <= most]
     costs = np.zeros((len(ways), points.shape[1]))
+    ends = rig.ends_of(points)
     for i, way in enumerate(ways):
         columns = [OTHER_SIDE[group] if exchanged else group for exchanged in way]
         p = np.stack([points[c][:, columns[c]] for c in range(cameras)])
         w = np.stack([weight[c][:, columns[c]] for c in range(cameras)])
-        found = rig.meeting(p, w)
+        found = rig.meeting_of(np.stack([ends[c][:, columns[c]] for c in range(cameras)]), w)
         known = known_of(found)
         shown, front = rig.show(np.where(known[..., None], found, 0.0))
         squares = np.where(
