@@ -64,7 +64,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_collection_finish() -> None:
-    """Search for garbage seldom, and leave all modules and tests that are loaded out of it: a search of all that
+    """Collect garbage seldom, and leave out all modules and tests that are loaded: a collection of all that
     tests load takes a third of a second, and came every few seconds."""
     gc.collect()
     gc.freeze()

@@ -1,7 +1,7 @@
 """Clients that wait a minute where a test does not say otherwise: a machine that is busy is slow, not wrong.
 
 They keep no idle connection, which the server could close just when it is used again. They share the certificates of
-the system: to load them takes some 20 ms, which each request would take else.
+the system: loading them takes some 20 ms, which each request would take otherwise.
 """
 
 from functools import partial

@@ -53,7 +53,7 @@ def take(source, count: int) -> list:
     async def frames():
         return [frame async for _, frame in counted(source.frames(), count)]
 
-    with ThreadPoolExecutor(1) as thread:  # a browser's loop may run in this one
+    with ThreadPoolExecutor(1) as thread:  # a browser's event loop may run in this thread
         return thread.submit(asyncio.run, frames()).result()
 
 

@@ -1,4 +1,4 @@
-"""Work in other processes: with a process kept ready and without, what goes wrong in them, and how work is named."""
+"""Work in other processes: with a process kept ready and without, failures in them, and how work is named."""
 
 import ast
 import importlib
@@ -36,7 +36,7 @@ BELOW = ("engine", "take", "offline", "review", "library")
 
 @pytest.fixture
 def run(monkeypatch):
-    """Runs functions of `works`, which are none of the studio; work that another test left goes on."""
+    """Runs functions of `works`, which are not the studio's. Work that another test left continues."""
     monkeypatch.setattr(worker, "_TEXT", re.compile(rf"tests\.works:\w+|{worker._TEXT.pattern}"))
     return lambda name, *args, **how: worker.run_in_process(f"{works.__name__}:{name}", *args, **how)
 

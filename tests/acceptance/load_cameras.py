@@ -32,7 +32,7 @@ def _device_of_canonical() -> np.ndarray:
 
 
 class Performer(Source):
-    """A source of one camera of the made-up stage."""
+    """The source of one camera of the simulated stage."""
 
     device, joint_set = "load", JOINT_SET
 

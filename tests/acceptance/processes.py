@@ -23,7 +23,7 @@ _random = random.SystemRandom()
 
 
 def wait_until(happened: Callable[[], Any], what: str, timeout_s: float = START_S) -> Any:
-    """Return what `happened` returns once that is true; a server that does not answer is waited for.
+    """Call `happened` until it returns something true, and return that; wait while the server does not answer.
 
     It is asked less often the longer it lasts, because each answer costs the server some milliseconds.
     """
@@ -40,7 +40,7 @@ def wait_until(happened: Callable[[], Any], what: str, timeout_s: float = START_
 
 
 def free_port() -> int:
-    """A port that nothing listens on, below those that the system gives to connections: so it stays free."""
+    """Return a free port. It is below the ports that the system gives to connections, so it stays free."""
     while True:
         with socket.socket() as probe:
             try:
@@ -81,7 +81,7 @@ class ServerProcess:
         return self.http.get("/status").status_code in (200, 401)
 
     def operator_token(self) -> str:
-        """What an operator signs in with since the last start; only of a server that asks for it."""
+        """The operator's token since the last start; only for a server that asks for one."""
         return re.findall(r"operators sign in with the token (\S+)", self._log.read_text())[-1]
 
     def kill(self) -> int:
@@ -118,7 +118,7 @@ class ServerProcess:
         return sum(camera["state"] in ("live", "trouble") for camera in self.status()["cameras"].values())
 
     def kept(self) -> int:
-        """How many frames the clients still keep, as they last said; one that has said nothing yet keeps some."""
+        """How many frames the clients still keep, by their last report; one without any counts as keeping some."""
         cameras = [camera for camera in self.status()["cameras"].values() if camera["connected"]]
         kept = [camera["kept_by_client"] for camera in cameras]
         return sum(1 if count is None else count for count in kept)
@@ -177,7 +177,7 @@ def camera_processes(folder: Path, url: str, count: int) -> Iterator[list[Camera
 
 
 class Proxy:
-    """Passes TCP connections on to a port, until it is cut; then nothing is passed, nor are ends of connections."""
+    """Forwards TCP connections to a port until it is cut. Then it forwards nothing, not even a connection's end."""
 
     def __init__(self, target: int) -> None:
         self._target = target
@@ -191,7 +191,7 @@ class Proxy:
         self._accepting.start()
 
     def cut(self, *, silently: bool) -> None:
-        """Break all connections, noticed by both ends or (`silently`) by none, and let no new one through."""
+        """Break all connections and refuse new ones. Both ends notice it, or with `silently` neither does."""
         self._cut.set()
         if not silently:
             self._close_all()
@@ -203,7 +203,7 @@ class Proxy:
 
     def close(self) -> None:
         self._closed = True
-        with contextlib.suppress(OSError):  # systems where a socket that listens has no end to shut
+        with contextlib.suppress(OSError):  # some systems cannot shut down a listening socket
             self._listener.shutdown(socket.SHUT_RDWR)  # wakes the thread that accepts
         self._listener.close()
         self._accepting.join(timeout=10)

@@ -8,7 +8,7 @@ from tests.acceptance.processes import ServerProcess, server_process, wait_until
 
 
 def connect(server: ServerProcess) -> list[psutil.Process]:
-    """Connect a device; return its client's process and what that has started."""
+    """Connect a device; return its client's process and that process's children."""
 
     def found() -> str:
         devices = server.http.get("/devices").json()["devices"]
@@ -23,7 +23,7 @@ def connect(server: ServerProcess) -> list[psutil.Process]:
     def is_client(process: psutil.Process) -> bool:
         try:
             return "left" in process.cmdline()
-        except psutil.NoSuchProcess:  # another one has ended meanwhile
+        except psutil.NoSuchProcess:  # another process ended meanwhile
             return False
 
     def running() -> list[psutil.Process]:

@@ -1,4 +1,4 @@
-"""A client in another language, written from docs/protocol.md: its link is lost, and what it held back comes late."""
+"""A client in another language, written from docs/protocol.md: its link is lost, and kept frames come late."""
 
 import json
 import shutil

@@ -1,8 +1,8 @@
 """A whole shoot with two phones, as an operator does it on the page: from the QR code to the FBX of another program.
 
 The phones are Chromium with real videos as their cameras: a person on a treadmill, slowed down as `as_walk` says.
-Who stays on one spot shows no focal length, so the lenses are given, as a refused calibration asks for. Pictures go
-to the folder that `PICTURES` names, if it is set.
+A performer on one spot does not show the focal lengths, so the lenses are given, as a refused calibration asks for.
+Pictures go to the folder that `PICTURES` names, if it is set.
 """
 
 import io

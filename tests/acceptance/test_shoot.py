@@ -1,6 +1,6 @@
 """A whole shoot as a new user does it, by the clock: the first command, the page, and a file of another program.
 
-Nothing is known but what the page shows: what is pressed next is what it offers. A person reads for a while before
+The user knows only what the page shows, and presses what it offers next. A person reads for a while before
 each step. The times of all steps are printed; the bar is three minutes.
 """
 

@@ -53,7 +53,7 @@ class Soak:
     cycles: list[Cycle] = field(default_factory=list)
 
     def browsers(self, stack: ExitStack) -> list[ClientConnection]:
-        """Some pages and views are opened, which take in all that comes: only so they close at once."""
+        """Open some pages and views. They read all messages, because otherwise they would not close at once."""
         address = self.server.url.replace("http", "ws")
         usual = {"origin": self.server.url, "max_size": None, "max_queue": None}
         paths = ["/api/v1/events", "/api/v1/stream", "/viewer"]
@@ -129,7 +129,7 @@ def running(tmp_path: Path) -> Iterator[Soak]:
 
 
 def growth_mb_an_hour(cycles: list[Cycle]) -> float:
-    """Slope of the memory after the first third of the time, in which buffers fill."""
+    """Slope of the memory. The first third of the time is left out, because buffers fill then."""
     later = [cycle for cycle in cycles if cycle.at_s > cycles[-1].at_s / 3]
     return float(np.polyfit([c.at_s / 3600 for c in later], [c.memory_mb for c in later], 1)[0])
 
@@ -172,5 +172,5 @@ def test_soak_for_an_hour(tmp_path: Path) -> None:
             np.median([c.latency_ms for c in p]) for p in (soak.cycles[:part], soak.cycles[-part:])
         )
         assert after < before + MOST_LATER_MS
-        allowed = MOST_GROWTH_MB_AN_HOUR * max(1.0, 3600 / seconds)  # less time tells a slope less well
+        allowed = MOST_GROWTH_MB_AN_HOUR * max(1.0, 3600 / seconds)  # less certain over less time
         assert growth < allowed

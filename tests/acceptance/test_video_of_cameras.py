@@ -22,7 +22,7 @@ from tests.take.video_takes import BITS, number_in, numbered_pictures
 
 PICTURES, RATE_HZ = 40, 10
 WRITTEN = round(1.5 * RATE_HZ)
-"""Pictures after which a part has some that can be read: one second of them is written at a time."""
+"""Pictures after which some of a part can be read: a second of them is written at a time."""
 
 
 class VideoClient:
@@ -92,7 +92,7 @@ def described(take: Take, file: Path, **change: Any) -> dict[str, Any]:
 
 
 def check_hostile(server: ServerProcess, take: Take, folder: Path) -> None:
-    """What does not belong into the take does not come into it."""
+    """Videos that do not belong to the take are refused."""
     text = folder / "text.mp4"
     text.write_bytes(b"no video")
     before = {file: file.read_bytes() for file in take.path.rglob("*") if file.is_file()}

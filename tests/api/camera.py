@@ -13,7 +13,7 @@ WAIT_S = 120.0
 
 
 def wait_until(happened: Callable[[], bool], what: str) -> None:
-    """Return once it has happened; fail after a time that only a broken program takes."""
+    """Return once it has happened; fail after a time that only a broken program needs."""
     end = time.monotonic() + WAIT_S
     while not happened():
         assert time.monotonic() < end, f"waited {WAIT_S:.0f} s in vain until {what}"
@@ -21,7 +21,7 @@ def wait_until(happened: Callable[[], bool], what: str) -> None:
 
 
 class Camera:
-    """Camera number `index` of the made-up stage, its clock ahead of the server's by `index` seconds."""
+    """Camera number `index` of the simulated stage. Its clock is `index` seconds ahead of the server's."""
 
     def __init__(self, url: str, index: int, name: str | None = None) -> None:
         self.index = index
@@ -50,7 +50,7 @@ class Camera:
         return self.received[-1]
 
     def receive_kind(self, kind: type) -> wire.Message:
-        """The next message of a kind; others are put aside in `received`."""
+        """The next message of a kind; others go to `received`."""
         while not isinstance(message := self.receive(), kind):
             pass
         return message

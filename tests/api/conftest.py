@@ -20,7 +20,7 @@ from tests.live.performer import save_stage_calibration
 
 @pytest.fixture(scope="session", autouse=True)
 def works_quickly(ready_worker: None, ready_pipeline: None) -> None:
-    """Work of the server finds a process that is ready, and so do its pipelines."""
+    """A worker process is ready for the server, and so is this process for pipelines."""
 
 
 @dataclass

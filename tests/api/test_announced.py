@@ -1,5 +1,5 @@
-"""Cameras that wait on the network, with real announcements (mDNS) and real clients: listed, called by their code,
-let go; what strangers announce or answer."""
+"""Cameras that wait on the network, with real announcements (mDNS) and real clients: listed, connected by their
+code, released; and what strangers announce or answer."""
 
 import secrets
 import socket

@@ -115,7 +115,7 @@ def test_a_clock_that_jumps_within_a_take(stage, index, jump_ns):
 
 @pytest.mark.parametrize("jump_ns", [5 * SECOND, -3600 * SECOND], ids=["ahead", "back"])
 def test_a_clock_that_jumps_without_exchanges(start_studio, tmp_path, jump_ns):
-    """A client that never exchanges clocks: the arrivals of its frames tell."""
+    """A client that never exchanges clocks: its clock is estimated from the arrivals of its frames."""
     save_stage_calibration(tmp_path / "sessions", CAMERAS)
     studio = start_studio(tmp_path / "sessions")
     with Jumping(studio.url("link"), 0) as first, Jumping(studio.url("link"), 1) as second:
@@ -220,7 +220,7 @@ def test_a_full_disk_ends_the_recording_in_order(small_disk, start_studio, left_
 
 
 def fill(path: Path, left_bytes: int) -> None:
-    """Write a file until so little is left of the disk."""
+    """Fill the disk with a file until only so much is free."""
     block = bytes(1 << 20)
     try:
         with open(path, "wb", buffering=0) as file:

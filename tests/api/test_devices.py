@@ -1,4 +1,4 @@
-"""Devices of the server's machine by its routes: found, pictured, connected as cameras, let go; who may not."""
+"""Devices of the server's machine by its routes: found, pictured, connected as cameras, released; who may not."""
 
 import io
 import time

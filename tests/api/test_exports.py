@@ -1,4 +1,4 @@
-"""Exports in the background: one solve, several in a ZIP, several in one FBX, onto a rig; what does not go."""
+"""Exports in the background: one solve, several in a ZIP, several in one FBX, onto a rig; refused exports."""
 
 import io
 import zipfile

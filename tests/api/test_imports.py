@@ -50,7 +50,7 @@ def ended(studio, job_id: str) -> dict[str, Any]:
 
 
 def left(studio) -> list[str]:
-    """What files that came have left in the sessions."""
+    """What uploaded files have left in the sessions."""
     return [path.name for path in studio.sessions.rglob(f"*{PREFIX}*")] + [
         path.name for path in studio.sessions.rglob("*.partial-*")
     ]

@@ -41,7 +41,7 @@ def test_the_edit_list_of_a_solve(recorded):
 
 
 def test_the_edit_list_is_against_the_reference_as_it_is_kept(recorded):
-    """A reference with a clock of its own is aligned in time too, as the figures and the report have it."""
+    """A reference with its own clock is aligned in time too, as in the figures and the report."""
     http, where = recorded.http, "/takes/tests/two"
     poses = random_poses(np.random.default_rng(3), seconds=12.0)
     take = Take.create(recorded.sessions / "tests/two", session="tests", name="two", source="import")

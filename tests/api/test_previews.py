@@ -1,4 +1,4 @@
-"""Small depth images over the link: counted, served as a picture, used for the floor; and what does not fit."""
+"""Small depth images over the link: counted, served as a picture, used for the floor; unfit images are refused."""
 
 import io
 

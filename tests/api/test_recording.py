@@ -43,7 +43,7 @@ def poses_flow(studio, more: int):
 
 
 def record(studio, cameras, *parts):
-    """Record 30 frames of each camera for every part, each of which is called before its frames."""
+    """Record 30 frames of each camera for every part, and call each part before its frames."""
     started = studio.http.post("/record/start", json={"session": "tests"})
     assert started.status_code == 201, started.text
     for part in parts:
@@ -124,7 +124,7 @@ def test_settings_changed_while_recording_are_replayed(studio, cameras):
 
 
 def test_frames_skipped_live_are_recorded_and_replayed(studio, cameras):
-    """A burst that the pipeline cannot follow: it is told by the log, and nothing is lost."""
+    """The pipeline cannot keep up with a burst: the log says so, and nothing is lost."""
 
     def burst():
         for _ in range(60):

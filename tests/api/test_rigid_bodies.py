@@ -49,7 +49,7 @@ def motive_axes(place) -> tuple[float, float, float]:
 
 
 def markers_at(time_s: float) -> list[Marker]:
-    """The performer's markers, which are seen, and one that nobody has named."""
+    """The performer's visible markers, and one without a name."""
     joints = joints_m(time_s)
     found: list[Marker] = [
         (PERFORMER_NUMBER, number, motive_axes(joints[INDEX[joint]] + [0, 0.05, 0]), 2)
@@ -148,7 +148,7 @@ def test_bodies_are_shown_recorded_measured_and_exported(studio, cameras, motive
     assert cap.position_m == pytest.approx([0.0, 0.0, 1.74], abs=0.02)
     assert live.markers is not None and live.markers.loose_m[0] == pytest.approx([1.0, 1.0, 0.0], abs=1e-4)
 
-    # recorded as they came, and told again
+    # recorded as they came, and sent again
     tracks = take_tracks(take).tracks
     assert set(tracks) == {"Wand", "Cap"} and take_bodies(take).bodies[0].name == "Wand"
     count = len(tracks["Wand"].time_s)

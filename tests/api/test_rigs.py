@@ -1,4 +1,4 @@
-"""Rigs over the API: sent, mapped, exported onto."""
+"""Rigs over the API: uploaded, mapped, used for exports."""
 
 from studio.engine.animation.read.gltf_file import GltfFile
 from tests.api.test_routes import assert_error

@@ -22,7 +22,7 @@ def codes(answer: dict[str, Any]) -> list[str]:
 
 
 def assert_error(answer: httpx.Response, status: int, code: str, *said: str) -> None:
-    """The answer is a failure in the one shape, and says the sentence with this code."""
+    """The answer is a failure in the common shape, with the sentence of this code."""
     assert answer.status_code == status, answer.text
     assert list(answer.json()) == ["error"] and {*answer.json()["error"]} - {"said"} == {"code", "message"}
     assert answer.json()["error"]["code"] == code

@@ -184,7 +184,7 @@ def test_a_connection_that_is_being_closed_does_not_keep_the_server_from_its_end
 
 
 def test_leaving_does_not_take_the_interpreter_down_first():
-    """A thread may be compiling: what runs at the interpreter's own end here stands for what that crashes."""
+    """A thread that compiles may crash the interpreter's own end. A function that runs at that end stands for it."""
     code = """
         import atexit, multiprocessing, os, sys, time
         from studio.server.run import leave

@@ -117,7 +117,7 @@ def test_osc_with_a_client_not_written_here(studio, cameras, triggers):  # noqa:
         assert ask("/record/start", "walk", "monday")[3]
         assert ask("/record/stop")[:2] == ["idle", ""]
         assert ask("/record/stop")[3] == "nothing is being recorded"
-    client._sock.close()  # it has no way to be closed
+    client._sock.close()  # such a connection cannot be closed
     assert (studio.sessions / "monday" / "walk" / "take.json").exists()
 
 
@@ -239,7 +239,7 @@ def test_from_packet_to_first_frame(studio, cameras, triggers):  # noqa: F811
 @pytest.mark.timeout(2 * 3600)
 @pytest.mark.parametrize(("count", "every_s"), [(120, 2.0), (180, 20.0)])
 def test_a_soak(studio, cameras, triggers, count, every_s):  # noqa: F811
-    """Four minutes, and an hour, of triggers, each packet sent twice: every take there, once, by its name."""
+    """Four minutes, and an hour, of triggers, each packet sent twice: every take exists once, by its name."""
     names = [f"soak {number}" for number in range(count)]
     with sending(cameras):
         for number, name in enumerate(names):

@@ -90,7 +90,7 @@ def test_many_voters_lose_no_vote(studio, take, voters: int) -> None:
 
 
 def test_what_reaches_a_browser_says_nothing(studio, take) -> None:
-    """A classifier on all that 100 sessions receive, the keys' values apart, does no better than chance."""
+    """A classifier on everything that 100 sessions receive, except the values of keys, is no better than chance."""
     test = make_test(studio, pairs=3)
     folder = studio.sessions / "blind" / test["id"] / "animations"
     on_disk = {path.read_bytes(): path.stem[-1] for path in folder.iterdir()}

@@ -1,4 +1,4 @@
-"""Depth cameras that are only software, for tests of the client; and observers that need no tracker."""
+"""Depth cameras in software for tests of the client, and observers that need no tracker."""
 
 import asyncio
 from collections.abc import AsyncIterator

@@ -1,5 +1,4 @@
-"""Libraries of devices made of paper, as files that other processes import: one that finds, one that hangs, one that
-crashes."""
+"""Fake device libraries as files that other processes import: one finds a camera, one hangs, one crashes."""
 
 from pathlib import Path
 

@@ -1,6 +1,5 @@
-"""Device modules: the RealSense one with the SDK's software device, the others with an SDK made of paper.
-
-What a paper SDK answers follows the SDK's own interface files; that a camera answers so too is not shown here.
+"""Device modules: the RealSense one with the SDK's software device, the others with a fake SDK. A fake SDK
+answers as the SDK's own interface files say; real cameras are not tested here.
 """
 
 import asyncio

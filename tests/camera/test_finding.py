@@ -1,4 +1,4 @@
-"""Devices are found without being opened, each kind for itself; pictures of them; no process of it stays."""
+"""Devices are found without being opened, each kind by itself; pictures of them; no process of the search remains."""
 
 import io
 import subprocess

@@ -129,7 +129,7 @@ def test_a_real_server_records_an_own_camera(tmp_path):
 
 
 class Pluggable(Own):
-    """Gives three skeletons on a clock of its own, and is lost then."""
+    """Gives three skeletons on its own clock; then the device is lost."""
 
     joint_set = "openni"
 

@@ -60,7 +60,7 @@ async def _zip(numbers, frames):
 
 
 def configurations(take, folder):
-    """Of every kind that runs without a device: skeletons, depth, in real time, at full speed."""
+    """Every kind of source that runs without a device: skeletons, depth, in real time, at full speed."""
     png_camera(folder / "images" / "camera_0", 0, 12)
     return [
         SimulatedConfig(0, 1),

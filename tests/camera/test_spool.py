@@ -1,4 +1,4 @@
-"""The spool: what was kept outlives the program, in order, bounded; damage costs only what it touched."""
+"""The spool: kept frames outlive the program, in order and within limits; damage loses only the damaged frames."""
 
 import os
 import signal

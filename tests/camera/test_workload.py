@@ -15,7 +15,7 @@ class Times:
         return Workload(lambda: self.tracked, clock_ns=lambda: self.now, used_ns=lambda: self.used)
 
     def go(self, *, tracked: float = 0.0, used: float = 0.0) -> None:
-        """Let a second pass, with shares of it used."""
+        """Let a second pass in which tracker and process use these shares of it."""
         self.now += SECOND
         self.tracked += round(tracked * SECOND)
         self.used += round(used * SECOND)

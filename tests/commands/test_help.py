@@ -1,4 +1,4 @@
-"""Every command parses and explains itself."""
+"""Every command parses its options and has help."""
 
 import pytest
 

@@ -1,6 +1,6 @@
 """A stage and its clients in one process on a clock of their own: real keepers, spools, recorder, late frames, files.
 
-The link is a call; nothing else is made up. A server that is killed leaves what it has handed to the system: its
+The link is a function call; everything else is real. A killed server leaves what it has handed to the system: its
 folder is copied at that moment, and the next server works with the copy.
 """
 
@@ -101,7 +101,7 @@ class World:
         self.pump()
 
     def run(self, frames: int) -> None:
-        """Every client takes so many frames, and sends them where its link is up."""
+        """Every client captures so many frames, and sends them if its link is up."""
         for _ in range(frames):
             self.now_ns += PERIOD_NS
             for client in self.clients:
@@ -126,7 +126,7 @@ class World:
 
 
 class Client:
-    """A camera client: a start of its program after the other, each with a clock of its own."""
+    """A camera client: its program starts again and again, each time with another clock."""
 
     def __init__(self, world: World, name: str, spool: Path) -> None:
         self.world, self.name, self._folder = world, name, spool

@@ -1,4 +1,4 @@
-"""A made-up stage for tests: a performer of rigid bones who waves, cameras that see it, their calibration."""
+"""A simulated stage for tests: a waving performer of rigid bones, cameras that see it, their calibration."""
 
 import json
 from pathlib import Path

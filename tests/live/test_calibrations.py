@@ -1,4 +1,4 @@
-"""The stage's calibrations on disk: numbered, never overwritten, broken ones passed over."""
+"""The stage's calibrations on disk: numbered, never overwritten; damaged ones are skipped."""
 
 from dataclasses import replace
 

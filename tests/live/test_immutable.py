@@ -70,7 +70,7 @@ def do(world: World, cameras: list[Client], players: list[Client], step: tuple) 
 
 
 def forged(world: World, take_id: str, name: str, number: int) -> None:
-    """A client of a camera's name has frames that it says are of a take, of a start that took no part in it."""
+    """A client with a camera's name claims that its frames are of a take, but this start of it took no part in it."""
     client = Client(world, name, world.folder / f"forged_{number}")
     origin = Origin("day/take", take_id, client.hello)
     for _ in range(5):

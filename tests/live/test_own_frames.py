@@ -1,4 +1,4 @@
-"""What belongs to a recording, case by case: the ways by which a frame of another time or client might get in."""
+"""Which frames belong to a recording, case by case: ways by which a frame of another time or client might get in."""
 
 import threading
 from pathlib import Path

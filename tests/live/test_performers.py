@@ -1,4 +1,4 @@
-"""Several performers on the live stage: who holds a T-pose is followed, recorded and told from then on."""
+"""Several performers on the live stage: who holds a T-pose is solved, recorded and listed from then on."""
 
 import sys
 
@@ -28,7 +28,7 @@ ARMS_OUT_S = 1.785
 APART_M = np.array([1.6, 0.0, 0.0])
 
 ALIKE = 600
-"""A frame from which on the two wave much alike; in others their arms tell them apart at once."""
+"""From this frame on, both wave alike; in other frames their arms distinguish them at once."""
 
 
 class Clock:

@@ -1,4 +1,4 @@
-"""A server that finds the mark of a recording: it goes on, ends what was being ended, and says what it cannot."""
+"""A server that finds the mark of a recording: it continues the take, or ends it, and says if it cannot."""
 
 import time
 from pathlib import Path

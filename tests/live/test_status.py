@@ -1,4 +1,4 @@
-"""The status of the live stage as JSON: its keys, their order and their values are what programs were written for."""
+"""The status of the live stage as JSON: programs depend on its keys, their order and their values."""
 
 import json
 import re
@@ -19,7 +19,7 @@ from studio.take.raw.frames import camera_frame
 from tests.live.performer import calibration, frame, hello, save_stage_calibration
 
 SNAPSHOT = Path(__file__).with_name("status.json")
-"""What the stage told before its status had types, floats as their type."""
+"""The status from before it had types; a float stands as the word `float`."""
 
 
 class Clock:
@@ -62,7 +62,7 @@ def told(stage: LiveStage) -> Any:
 
 
 def told_in_time(folder: Path) -> dict[str, Any]:
-    """What a stage tells in one state after the other."""
+    """The status of a stage in one state after the other."""
     out = {"empty": told(LiveStage(folder / "empty", clock_ns=Clock()))}
     save_stage_calibration(folder / "day", ["camera_0", "camera_1"])
     stage = LiveStage(folder / "day", clock_ns=Clock())

@@ -102,7 +102,7 @@ DEPTH, PICTURES = (
 
 @pytest.fixture
 def calls(monkeypatch) -> list[str]:
-    """What is prepared, in turn, in a process in which nothing is."""
+    """What is prepared, in order, in a process in which nothing is ready."""
     calls: list[str] = []
     for name in ("prepare_one", "prepare_pictures", "prepare_several"):
         monkeypatch.setattr(f"studio.offline.warming.{name}", lambda name=name: calls.append(name))

@@ -1,4 +1,4 @@
-"""Which offered edits are kept: those that mend, and that take no limb away from where the cameras saw it."""
+"""Which suggested edits are kept: those that mend and move no limb away from where the cameras saw it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -32,7 +32,7 @@ from tests.simulator.pin_faults import Fault, faulty
 WRIST = OUTPUT_INDEX["RightHand"]
 BEGIN_S, END_S = 38.0, 39.0
 LAST_S = 44.5
-"""Where the take is cut off: no edit is later."""
+"""End of the shortened take; no edit is later."""
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def solved(take: Take, preset: str = "studio", edits=()) -> tuple[Poses, dict]:
 
 @pytest.fixture(scope="module")
 def plain(take) -> tuple[Poses, Trace]:
-    """The solve without edits, and what it kept of its way."""
+    """The solve without edits, and what it kept for solves with edits."""
     folder = solve_take(take, parse_settings("studio"), name="plain", to_disk=False)
     return Poses.load(folder / "poses.npz"), Trace.load(folder / "trace.npz")
 
@@ -93,7 +93,7 @@ def test_one_pin_mends_a_second_and_leaves_the_rest(take, clean, monkeypatch):
     (mended,) = figures["edits"]["a"]["mended"]
     assert "right_wrist" in mended["joints"] and mended["cameras"] == sorted(frames)
     assert (mended["start_s"], mended["end_s"]) == pytest.approx((BEGIN_S, END_S), abs=0.15)
-    assert mended["guessed"]  # nothing but the pin tells where a lost wrist was
+    assert mended["guessed"]  # only the pin shows where a lost wrist was
     left = np.linalg.norm((after.positions_m - clean.positions_m)[:, WRIST], axis=1)
     assert left[inside].mean() < off[inside].mean() / 3.0
     outside = (clean.time_s < BEGIN_S - 0.5) | (clean.time_s > END_S + 1.0)

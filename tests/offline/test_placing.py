@@ -24,7 +24,7 @@ SECONDS, BRIEF_S, HZ = 2.4, 0.5, 15.0
 CAMERAS = ("camera_0", "camera_1")
 
 LOOKED_AT_HZ = 5.0
-"""How often cameras of 30 Hz are looked at for their places; so often these are, too."""
+"""How many images of 30 Hz cameras are used to place them; the same share is used here."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Cameras tracked in processes side by side: the same skeletons, and nothing stays when it breaks off."""
+"""Cameras tracked in processes side by side: the same skeletons, and nothing remains when the work is stopped."""
 
 import re
 import shutil
@@ -46,7 +46,7 @@ def worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(autouse=True)
 def others() -> Iterator[None]:
-    """Processes that stood ready before are none of the test's."""
+    """Processes that were ready before do not count as the test's."""
     _OTHERS[:] = psutil.Process().children(recursive=True)
     yield
 

@@ -1,4 +1,4 @@
-"""A process that was made ready finds all that a solve calls compiled."""
+"""In a prepared process, everything that a solve calls is compiled."""
 
 import json
 import subprocess

@@ -107,7 +107,7 @@ HANDLERS = (
 
 
 def test_the_3d_view_listens_to_nobody():
-    """Who reaches viser sees the stage and can operate nothing: no handler of its messages changes any state.
+    """Whoever reaches viser sees the stage and controls nothing: no handler of its messages changes any state.
 
     The gizmo counts how often it was dragged. Its edit is made by the operator's page over the API, and viewers'
     messages of it are not passed on (`tests/web/test_proxy.py`).

@@ -1,4 +1,4 @@
-"""What a hostile page, program or name may try on the routes: paths, bodies, origins, headers, roles."""
+"""What a hostile page, program or name may try with the routes: paths, bodies, origins, headers, roles."""
 
 import json
 import logging
@@ -60,7 +60,7 @@ def test_no_name_leads_out_of_the_sessions(recorded):
     "path", ["../pyproject.toml", "..%2f..%2fapi%2fapp.py", "....//x", "%2e%2e/%2e%2e/app.py"]
 )
 def test_static_files_are_those_of_the_page(studio, path):
-    """Asked by hand: an HTTP client would tidy the path up."""
+    """Sent over a socket, because an HTTP client would clean up the path."""
     with socket.create_connection(("127.0.0.1", studio.port)) as raw:
         raw.sendall(f"GET /static/{path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n".encode())
         answer = b"".join(iter(lambda: raw.recv(65536), b""))

@@ -1,4 +1,4 @@
-"""The receivers in `examples/receivers` read what the senders send; Blender and C# run where they are installed."""
+"""The receivers in `examples/receivers` read what the senders send; Blender and C# are run if they are installed."""
 
 import importlib.util
 import json

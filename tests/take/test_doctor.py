@@ -1,4 +1,4 @@
-"""Damage of each kind is found; what a crash left is repaired, and nothing is lost by it."""
+"""Damage of each kind is found; what a crash left is repaired, and the repair loses nothing."""
 
 import shutil
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The index of takes answers as a scan of the folders does, whatever was done to them, and is only an index."""
+"""The index of takes gives the same answers as a scan of the folders, whatever happened to them."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Frames that are kept outside memory come back as they were."""
+"""Frames that are kept on disk are read back unchanged."""
 
 from dataclasses import replace
 

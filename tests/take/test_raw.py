@@ -1,4 +1,4 @@
-"""raw.mcap: round trips, and whatever a crash or a bad disk leaves can be read."""
+"""raw.mcap: it is read as it was written, and what a crash or a bad disk leaves can be read."""
 
 import os
 import resource

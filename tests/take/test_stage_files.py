@@ -1,4 +1,4 @@
-"""Damage of the stage's own files: found, and put aside so that the studio starts."""
+"""Damage of the stage's own files: it is found, and the files are set aside so that the studio starts."""
 
 import json
 from pathlib import Path

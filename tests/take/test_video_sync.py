@@ -67,7 +67,7 @@ def test_the_drift_of_a_clock_is_found(tmp_path):
 
 
 def test_what_is_not_heard_in_another_video_is_left_open(tmp_path):
-    """No sound, silence, or the sound of another room: it is said, and the others are brought together."""
+    """No sound, silence, or the sound of another room: this is reported, and the others are synchronised."""
     scene = voices(30)
     files = {
         "a": film(tmp_path, "a.mp4", scene, 0.0, 20.0),

@@ -1,4 +1,4 @@
-"""What triggers do: each take once, by its name, whatever is doubled, late or of somebody else."""
+"""What triggers do: each take is made once, by its name, whatever is doubled, late or from somebody else."""
 
 import pytest
 

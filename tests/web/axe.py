@@ -13,7 +13,7 @@ _TRIES = 8
 _LOADED_ANEW = ("context was destroyed", "detached", "frame timed out")
 THEMES = ("dark", "light")
 
-# All rules of axe that are not experimental, or those of them that look at colours; what it finds, a line each: the
+# Runs all rules of axe that are not experimental, or only those about colours. A line for each finding: the
 # rule, the element, what is wrong.
 _FIND = """async (onlyColours) => {
   const waits = { frameWaitTime: 60000, pingWaitTime: 5000 };
@@ -26,7 +26,7 @@ _FIND = """async (onlyColours) => {
     `${id} (${impact}) ${node.target.flat(9).join(" ")} ${why(node).slice(0, 200)} ${node.html.slice(0, 160)}`));
 }"""
 
-# Colours that go over into others have arrived.
+# No animation is running.
 _SETTLED = """() => document.getAnimations().every((one) => one.playState === "finished"
   || one.effect.getComputedTiming().endTime === Infinity)"""
 

@@ -1,4 +1,4 @@
-"""Whether what lets one act can be reached: a click at the middle of every control hits that control."""
+"""Whether controls can be reached: a click at the middle of every control hits that control."""
 
 from playwright.sync_api import Page
 

@@ -1,4 +1,4 @@
-"""The choice of a body: each browser shows its own, at once, after a reload, and live alike."""
+"""The choice of a body: each browser shows its own, at once, after a reload, and live."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A server that is killed and started again, before a real browser: nothing old is shown as if it were of now."""
+"""A server is killed and started again while a real browser is open: nothing old is shown as current."""
 
 import io
 import json
@@ -25,7 +25,7 @@ from tests.web.test_view import blocks
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(600)]
 
-# Whatever is seen in the colour of what is good, with its pseudo elements.
+# Everything visible in the colour for "good", with its pseudo elements.
 GREEN = """() => {
   const probe = document.createElement("i");
   document.documentElement.append(probe);
@@ -148,7 +148,7 @@ def one_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProce
 
 @pytest.fixture
 def server(one_server: ServerProcess) -> ServerProcess:
-    """The server, which runs also where the test before has killed it."""
+    """The server; it is started again if the test before killed it."""
     assert one_server.process is not None
     if one_server.process.poll() is not None:
         one_server.start()

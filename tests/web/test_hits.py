@@ -1,4 +1,4 @@
-"""What lets an operator act is never covered: every control is hit in every state, at three sizes, dark and light."""
+"""Controls are never covered: every control is hit in every state, at three sizes, dark and light."""
 
 import re
 from collections.abc import Iterator
@@ -71,7 +71,7 @@ def assert_reached(page: Page, *shown: str) -> None:
 
 
 def refuse_a_value(page: Page) -> None:
-    """Have an error be shown, of a value that the server refuses."""
+    """Show an error: enter a value that the server refuses."""
     page.evaluate("document.querySelector('#switches').open = true")
     page.fill("#switch-look_at_point_m", "over there")
     page.keyboard.press("Enter")
@@ -79,7 +79,7 @@ def refuse_a_value(page: Page) -> None:
 
 
 def dismiss(page: Page) -> None:
-    """Take back what was refused and its error."""
+    """Undo the refused value, and close its error."""
     page.get_by_role("button", name="Dismiss").first.click()
     expect(page.locator("#messages .error")).to_have_count(0)
     page.evaluate("document.querySelector('#switches').open = false")
@@ -132,7 +132,7 @@ def from_no_camera_to_a_server_that_was_lost_and_came_back(page: Page, server: S
 
 @contextmanager
 def works_held() -> Iterator[None]:
-    """The work of a server in this process, which other processes do, stands still."""
+    """The worker processes of a server in this process are paused."""
     children = psutil.Process().children(recursive=True)
     workers = [child for child in children if "from multiprocessing" in " ".join(child.cmdline())]
     for worker in workers:

@@ -1,4 +1,4 @@
-"""Another language is shown at once, in place: nothing is loaded anew, and what is open or typed stays."""
+"""Another language is shown at once, in place: nothing is reloaded, and what is open or typed stays."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -286,7 +286,7 @@ def test_nothing_overflows_or_jumps(live: str, page: Page, width: int, height: i
     expect(page.locator("#cameras .camera")).to_have_count(2)
     expect(page.locator("body")).not_to_have_attribute("data-loading", "")
     page.wait_for_timeout(1500)
-    # What a key moves later than half a second after it would count as a jump, on a slow machine.
+    # A layout shift more than half a second after a key counts as unexpected, also on a slow machine.
     assert page.evaluate("window.shift") < 0.1, page.evaluate("window.moved")
     stage = page.locator("#viewer").bounding_box()
     page.keyboard.press("r")

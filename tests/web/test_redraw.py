@@ -1,4 +1,4 @@
-"""What the page shows is replaced only where it differs, and not under a pointer that is down."""
+"""Elements are replaced only where they differ, and not while the pointer is pressed on them."""
 
 from pathlib import Path
 

@@ -14,7 +14,7 @@ import studio
 
 HERE = Path(studio.__file__).parent
 ERRORS = HERE / "engine" / "base" / "errors.py"
-"""Its class hands to `say` what it is given."""
+"""Its class passes its arguments on to `say`."""
 REPORTS = HERE / "review" / "report"
 """Its `say` is another: the words of reports, which have French of their own."""
 TABLES = sorted((HERE / "web" / "static" / "base" / "said").glob("*.js"))

@@ -1,4 +1,4 @@
-"""What moves for its looks: it costs no layout and no painting, and rests where the system asks for it."""
+"""Decorative animations: they cost no layout and no painting, and stop if the system asks for it."""
 
 import re
 from pathlib import Path
@@ -18,7 +18,7 @@ COLOUR = re.compile(r"#[0-9a-f]{3,8}|rgba\([\d, .]+\)|linear-gradient\(#[0-9a-f]
 
 
 def of_themes(css: str) -> list[tuple[str, str]]:
-    """What is declared for a light or a dark page alone: names and values."""
+    """Declarations for a light or a dark page alone: names and values."""
     alone = r"\[data-theme[^{]*\{([^{}]*)\}|prefers-color-scheme[^{]*\{\s*:root\s*\{([^{}]*)\}\s*\}"
     inner = "".join(f"{theme}{system};" for theme, system in re.findall(alone, css))
     inner = re.sub(r"/\*.*?\*/", "", inner)

@@ -150,7 +150,7 @@ def test_following_is_a_choice_and_follow_and_orbit_are_this_browsers(stage: str
     follow_and_orbit_are_this_browsers(stage, one, other)
     press(other, FRONT)
     at_rest(other)
-    expect(other.locator("#view-operator")).to_be_hidden()  # it is who moved last
+    expect(other.locator("#view-operator")).to_be_hidden()  # the one that moved last
     expect(one.locator("#view-operator")).to_be_enabled()
     expect(one.locator("#view-operator")).to_be_visible()
     other.goto("about:blank")  # a view of a page that is gone is not offered; it is the other's now
@@ -170,8 +170,8 @@ def following_the_operator_is_a_choice(stage: str, one: Page, other: Page) -> No
     expect(other.locator("#view-operator")).to_have_text(OWN)
     press(one, SIDE)
     is_at(other, np.array([[4.6, 0, 1.35], [0, 0, 0.9]]))
-    drag(other)  # who looks elsewhere follows no longer
-    expect(other.locator("#view-operator")).to_be_hidden()  # and is who moved last
+    drag(other)  # a page that looks elsewhere no longer follows
+    expect(other.locator("#view-operator")).to_be_hidden()  # and is the one that moved last
     is_at(one, np.array([[4.6, 0, 1.35], [0, 0, 0.9]]))
     press(one, FOLLOW)
     is_at(one, at_rest(other))

@@ -1,4 +1,4 @@
-"""The wizard and the remote control in a real browser, on statuses as the stage sends them, made up step by step."""
+"""The wizard and the remote control in a real browser, with statuses like the stage's, written step by step."""
 
 import json
 import re
@@ -26,12 +26,12 @@ class Told:
         page.route_web_socket("**/api/v1/events", self._follow)
 
     def _follow(self, route: WebSocketRoute) -> None:
-        """Tell the message whenever the stage tells its own: a page doubts a server that is silent."""
+        """Send the message whenever the stage sends its own, because a page doubts a silent server."""
         self._routes.append(route)
         route.connect_to_server().on_message(lambda _: route.send(json.dumps(self.message)))
 
     def calibration(self, attempt: dict | None = None, tpose: dict | None = None, **changes: object) -> None:
-        """Change the calibration's attempt and T-pose, and tell it."""
+        """Change the calibration's attempt and T-pose, and send the status."""
         known = self.message["status"]["calibration"]
         known["attempt"].update(attempt or {})
         known["tpose"].update(tpose or {})

@@ -1,4 +1,4 @@
-"""Edits of a take are put in, changed, removed, taken back and made again, by several at once."""
+"""Edits of a take are added, changed, removed, undone and redone, by several users at once."""
 
 import threading
 

@@ -25,7 +25,7 @@ FEET = [OUTPUT_INDEX[name] for name in ("LeftFoot", "RightFoot")]
 
 @pytest.fixture
 def click() -> Callable[[Locator], int]:
-    """Clicks, and says the how manieth click it was."""
+    """Clicks, and says which click of the test it was."""
     made = []
 
     def clicked(where: Locator) -> int:

@@ -1,4 +1,4 @@
-"""A solve that is being made is replayed as far as it is; afterwards it, or what the cameras saw, takes its place."""
+"""A solve under way is replayed as far as it has come; then the whole solve, or what the cameras saw, replaces it."""
 
 import json
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ from tests.web.test_hits import works_held
 
 SECONDS = 4.3
 HZ = 10.0
-"""Of the cameras: a third of the pictures of real ones take less time, and grow all the same."""
+"""Frame rate of the cameras [Hz]: a third of a real one's saves time."""
 
 
 @pytest.fixture

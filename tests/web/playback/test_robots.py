@@ -1,4 +1,4 @@
-"""A robot in the performers' place: chosen for all browsers, computed once for a solve, shown at its frames."""
+"""A robot in place of the performers: chosen for all browsers, computed once for a solve, shown at its frames."""
 
 from pathlib import Path
 

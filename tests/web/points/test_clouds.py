@@ -190,7 +190,7 @@ def test_live_depth_is_shown_while_it_is_fresh(live):
 
 
 def test_no_browser_gets_more_than_the_budget(clouds, clip):
-    """However fast the playhead goes, as counted over a second and a half."""
+    """At any speed of the playhead, counted over a second and a half."""
     show(clouds, clip, 0)
     until(lambda: seen(clouds, *CAMERAS))
     begun_s, made, size = time.monotonic(), clouds.made, clouds.bytes

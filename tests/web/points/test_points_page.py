@@ -28,7 +28,7 @@ FIRST, SECOND = CAMERA_COLOURS[:2]
 SURE = tuple(confidence_colours(np.array([1.0]))[0].tolist())
 SEEN = 300
 OVER_PX = (280, 60)
-"""What the menu of layers and the tools take of the view, from the left and from below."""
+"""Space that the menu of layers and the tools cover in the view, at the left and at the bottom."""
 
 
 @pytest.fixture
