@@ -1,12 +1,14 @@
 """A tiny server that speaks the camera protocol, for tests of the client's side."""
 
 import asyncio
+import contextlib
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 
 from websockets.asyncio.server import ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
 
 from studio import wire
 
@@ -19,13 +21,14 @@ def welcome(hello: wire.Hello) -> wire.Message:
 
 @dataclass
 class LinkServer:
-    """What arrived, in order, and the links that are open."""
+    """What arrived, in order; all links, and how many are open."""
 
     port: int = 0
     path: str = ""
     messages: list[wire.Message] = field(default_factory=list)
     arrival_ns: list[int] = field(default_factory=list)
     sockets: list[ServerConnection] = field(default_factory=list)
+    open: int = 0
     answer: Answer = welcome
     reading: asyncio.Event = field(default_factory=asyncio.Event)
 
@@ -44,11 +47,24 @@ class LinkServer:
     async def serve(self, socket: ServerConnection) -> None:
         self.path = socket.request.path
         self.sockets.append(socket)
-        async for data in socket:
-            await self.reading.wait()
-            message = wire.decode(data)
-            self.messages.append(message)
-            self.arrival_ns.append(time.time_ns())
+        self.open += 1
+        try:
+            await self._read(socket)
+        finally:
+            self.open -= 1
+
+    async def _read(self, socket: ServerConnection) -> None:
+        # As in the studio's server, reading does not wait for replies.
+        async with asyncio.TaskGroup() as replies:
+            async for data in socket:
+                await self.reading.wait()
+                message = wire.decode(data)
+                self.messages.append(message)
+                self.arrival_ns.append(time.time_ns())
+                replies.create_task(self._reply(socket, message))
+
+    async def _reply(self, socket: ServerConnection, message: wire.Message) -> None:
+        with contextlib.suppress(ConnectionClosed):  # the client has left; what it sent before is still read
             if isinstance(message, wire.Hello):
                 await socket.send(wire.encode(self.answer(message)))
             elif isinstance(message, wire.ClockRequest):

@@ -55,6 +55,24 @@ def test_every_frame_of_a_source_that_waits_arrives_in_order_and_the_link_ends()
     assert (last.frames_sent, last.frames_dropped, last.message) == (500, 0, "")
 
 
+def test_the_last_frames_arrive_at_a_server_that_is_busy_when_the_source_ends():
+    async def scenario():
+        async with link_server() as server:
+            link = Link(Counting(1500), server.url)
+            async with running(link.run()) as ended:
+                await server.until(lambda: server.of(wire.SkeletonFrame))
+                server.reading.clear()
+                await server.until(lambda: link.frames_sent == 1500)
+                await asyncio.sleep(1.5)
+                server.reading.set()
+                await ended
+            await server.until(lambda: not server.open)
+            return server
+
+    server = asyncio.run(scenario())
+    assert [frame.sequence for frame in server.of(wire.SkeletonFrame)] == list(range(1500))
+
+
 def test_clock_exchange_begins_with_a_burst_and_measures_the_offset():
     async def scenario():
         async with link_server() as server, running(Link(Counting(period_s=0.02), server.url).run()):

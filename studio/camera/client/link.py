@@ -46,6 +46,8 @@ _SYNC_GAP_S = 1.0
 _NAME_TAKEN_S = 7.0
 """Wait after a refused name; the server needs 5 s to notice that an earlier start of this camera has vanished."""
 _ACK_WAIT_S = 5.0
+_CLOSE_S, _LAST_READ_S = 1.0, 10.0
+"""How long a server may take to close the link; and if the source has ended, until it has read the last frames."""
 
 log = logging.getLogger(__name__)
 
@@ -211,13 +213,14 @@ class Link:
                     compression=None,
                     max_size=wire.MAX_MESSAGE_BYTES,
                     open_timeout=_OPEN_TIMEOUT_S,
-                    close_timeout=1.0,
+                    close_timeout=_CLOSE_S,
                     ping_interval=5.0,
                     ping_timeout=10.0,
                     proxy=None,
                     **self._tls,
                 ) as socket:
                     await self._session(socket)
+                    socket.close_timeout = _LAST_READ_S
                 return
             except RefusedError as error:
                 taken = error.refusal == "name_taken" and time.monotonic() < refused_until
