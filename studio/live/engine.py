@@ -116,9 +116,9 @@ class Engine(PerformedStage):
         """Start the thread."""
         self._thread.start()
 
-    def prepare(self) -> None:
-        """Prepare this process for a pipeline once there is a camera or a calibration; returns at once."""
-        self.put(Call(self._allow_preparing, Future()))
+    def prepare(self, *, now: bool) -> None:
+        """Prepare this process for a pipeline now, or once there is a camera or a calibration; returns at once."""
+        self.put(Call(lambda: self._allow_preparing(now), Future()))
 
     def put(self, item: Item) -> None:
         """Pass an item to the thread; never waits."""
@@ -312,13 +312,13 @@ class Engine(PerformedStage):
         self.strangers.forget()
         self._perform(log.start_event(calibration, self.settings, people))
 
-    def _allow_preparing(self) -> None:
+    def _allow_preparing(self, now: bool) -> None:
         self._may_prepare = True
-        self._prepare()
+        self._prepare(needed=now)
 
-    def _prepare(self) -> None:
+    def _prepare(self, *, needed: bool = False) -> None:
         """Prepare this process on a thread, once, as soon as a pipeline may be needed; the pipeline starts then."""
-        needed = self.stage_calibration is not None or bool(self.roster.cameras)
+        needed = needed or self.stage_calibration is not None or bool(self.roster.cameras)
         if needed and self._may_prepare and not self.prepares:
             self.prepares = True
             warmup.begin(lambda: self.put(Call(self._start_missing, Future())))

@@ -113,9 +113,10 @@ class LiveStage:
         if prepare:
             self.prepare()
 
-    def prepare(self) -> None:
-        """Load and compile the code of the first pose on a thread, once there is a camera or a calibration."""
-        self._engine.prepare()
+    def prepare(self, *, now: bool = False) -> None:
+        """Load and compile the code of the first pose on a thread: `now`, or once there is a camera or a
+        calibration."""
+        self._engine.prepare(now=now)
 
     def close(self) -> None:
         """Save a recording under way and end the threads; waits."""

@@ -134,7 +134,7 @@ def run(
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions), jobs=app.state.jobs)
         if host in LOOPBACK:  # refuses a page that maps its own host name to 127.0.0.1
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
-        server = make_server(app, tls, on_ready=lambda: _prepare_for_work(stage))
+        server = make_server(app, tls, on_ready=lambda: _prepare_for_work(stage, now=sources is not None))
         url = url_of(host, listening, encrypted=tls is not None)
         if sources is not None:
             app.state.local_cameras.start_simulated(for_own_programs(url), sources, performers, running)
@@ -207,10 +207,10 @@ def _say_how_to_sign_in(access: Access, url: str, config: Config, tls: Tls | Non
         print(line, flush=True)
 
 
-def _prepare_for_work(stage: LiveStage) -> None:
-    """Load modules that were left out for a quick start: those of the stage in a separate thread, those of a solve in
-    a process, once cameras and page have begun."""
-    stage.prepare()
+def _prepare_for_work(stage: LiveStage, *, now: bool) -> None:
+    """Load modules that were left out for a quick start: those of the stage in a separate thread, `now` or once they
+    are needed; those of a solve in a process, once cameras and page have begun."""
+    stage.prepare(now=now)
     worker.warm_up(after_s=_BEGUN_S)
 
 

@@ -130,6 +130,28 @@ def test_cameras_without_depth_are_prepared_for_once_they_are_there_else_after_a
     wait_until(lambda: len(calls) == 3, "all is prepared")
 
 
+@pytest.mark.parametrize("case", ["camera", "calibration", "now"])
+def test_nothing_is_prepared_before_it_may_be_needed(tmp_path, calls, case):
+    if case == "calibration":
+        save_stage_calibration(tmp_path, ["camera_0"])
+    stage = LiveStage(tmp_path)
+    stage.start(prepare=case != "now")
+    try:
+        stage.set_settings(stage.settings())  # the engine has handled all that came before
+        if case == "camera":
+            assert calls == [] and not stage.status().pipeline.preparing
+            stage.join(hello("camera_0"))
+            stage.join(hello("camera_1"))
+        if case == "now":
+            assert calls == []
+            stage.prepare(now=True)
+        wait_until(lambda: len(calls) == 3, "all is prepared")
+        assert calls == ["prepare_one", "prepare_pictures", "prepare_several"]
+        wait_until(lambda: not stage.status().pipeline.preparing, "it says so")
+    finally:
+        stage.close()
+
+
 def test_what_cannot_be_made_ready_is_told_and_begins_anyway(monkeypatch, caplog):
     def fails():
         raise OSError("made to fail")
