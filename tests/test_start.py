@@ -41,7 +41,7 @@ import studio.server.run as server
 from studio.server.config import Config
 from studio.server.start import serve
 
-def loaded(stage):
+def loaded(stage, now):
     print(json.dumps([name for name in {NOT_BEFORE_THE_FIRST_ANSWER!r} if name in sys.modules]), flush=True)
     raise KeyboardInterrupt
 
