@@ -75,7 +75,7 @@ def pid_once_there(file: Path) -> int:
 
 
 def call_long_after(seconds: float) -> None:
-    """From now on, work in this process counts as long after so many seconds."""
+    """From now on, work in this process counts as long once it has run for so many seconds."""
     from studio.worker import process
 
     process._SHORT_S = seconds

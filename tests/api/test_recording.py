@@ -43,7 +43,7 @@ def poses_flow(studio, more: int):
 
 
 def record(studio, cameras, *parts):
-    """Record 30 frames of each camera for every part, and call each part before its frames."""
+    """Record: for every part, call it and send 30 frames of each camera."""
     started = studio.http.post("/record/start", json={"session": "tests"})
     assert started.status_code == 201, started.text
     for part in parts:

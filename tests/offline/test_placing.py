@@ -24,7 +24,7 @@ SECONDS, BRIEF_S, HZ = 2.4, 0.5, 15.0
 CAMERAS = ("camera_0", "camera_1")
 
 LOOKED_AT_HZ = 5.0
-"""How many images of 30 Hz cameras are used to place them; the same share is used here."""
+"""Rate at which images of cameras of 30 Hz are used to place them [Hz]; these have the same."""
 
 
 @pytest.fixture(scope="module")

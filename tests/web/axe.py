@@ -26,7 +26,7 @@ _FIND = """async (onlyColours) => {
     `${id} (${impact}) ${node.target.flat(9).join(" ")} ${why(node).slice(0, 200)} ${node.html.slice(0, 160)}`));
 }"""
 
-# No animation is running.
+# All animations that have an end have reached it.
 _SETTLED = """() => document.getAnimations().every((one) => one.playState === "finished"
   || one.effect.getComputedTiming().endTime === Infinity)"""
 
