@@ -21,14 +21,13 @@ def welcome(hello: wire.Hello) -> wire.Message:
 
 @dataclass
 class LinkServer:
-    """What arrived, in order; all links, and how many are open."""
+    """What arrived, in order, and the links that are open."""
 
     port: int = 0
     path: str = ""
     messages: list[wire.Message] = field(default_factory=list)
     arrival_ns: list[int] = field(default_factory=list)
     sockets: list[ServerConnection] = field(default_factory=list)
-    open: int = 0
     answer: Answer = welcome
     reading: asyncio.Event = field(default_factory=asyncio.Event)
 
@@ -47,13 +46,6 @@ class LinkServer:
     async def serve(self, socket: ServerConnection) -> None:
         self.path = socket.request.path
         self.sockets.append(socket)
-        self.open += 1
-        try:
-            await self._read(socket)
-        finally:
-            self.open -= 1
-
-    async def _read(self, socket: ServerConnection) -> None:
         # As in the studio's server, reading does not wait for replies.
         async with asyncio.TaskGroup() as replies:
             async for data in socket:

@@ -15,7 +15,7 @@ from studio.camera.simulated.skeletons import SimulatedSource
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.model.joints import JOINT_COUNT
-from tests.camera.link_server import link_server, running
+from tests.camera.link_server import link_server, running, welcome
 from tests.refused import refused
 
 
@@ -57,16 +57,18 @@ def test_every_frame_of_a_source_that_waits_arrives_in_order_and_the_link_ends()
 
 def test_the_last_frames_arrive_at_a_server_that_is_busy_when_the_source_ends():
     async def scenario():
-        async with link_server() as server:
+        def busy_from_now_on(hello: wire.Hello) -> wire.Message:
+            server.reading.clear()
+            return welcome(hello)
+
+        async with link_server(busy_from_now_on) as server:
             link = Link(Counting(1500), server.url)
             async with running(link.run()) as ended:
-                await server.until(lambda: server.of(wire.SkeletonFrame))
-                server.reading.clear()
                 await server.until(lambda: link.frames_sent == 1500)
                 await asyncio.sleep(1.5)
                 server.reading.set()
                 await ended
-            await server.until(lambda: not server.open)
+            await server.until(lambda: len(server.of(wire.SkeletonFrame)) == 1500)
             return server
 
     server = asyncio.run(scenario())
