@@ -69,7 +69,7 @@ def running_median(positions: NDArray[np.float64], window: int) -> NDArray[np.fl
         seen = np.flatnonzero(np.isfinite(positions[:, j, 0]))
         if len(seen) == 0:
             continue
-        for k in range(3):  # one row at a time, for which the filter is ten times as fast
+        for k in range(3):  # one row at a time, for which the filter is 3 to 10 times as fast
             filled = np.interp(np.arange(len(positions)), seen, positions[seen, j, k])
             smooth[:, j, k] = median_filter(filled, size=window, mode="nearest")
     return smooth

@@ -127,7 +127,7 @@ def _facts(
 ) -> list[ViewFacts]:
     """Return the input of each camera's verdict."""
     motion = motion_of(fit.joints * size, T[2, :3])
-    centres = -np.einsum("cba,cb->ca", fit.rig.turns, fit.rig.shifts)
+    centres = fit.rig.optical_centres
     hips = (fit.joints[:, NUMBER["left_hip"]] + fit.joints[:, NUMBER["right_hip"]]) / 2
     angles = parallax_deg(centres, hips)
     same = twins(fit.rig)

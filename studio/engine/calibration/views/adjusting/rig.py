@@ -78,7 +78,7 @@ class CameraRig:
         count = len(self.focals)
         rays = np.stack([self.rays_of(c, points[c].reshape(-1, 2)) for c in range(count)])
         ways = np.concatenate([rays, np.ones((*rays.shape[:-1], 1))], axis=-1)
-        ends = self._centres()[:, None] + np.einsum("cba,cnb->cna", self.turns, ways)
+        ends = self.optical_centres[:, None] + np.einsum("cba,cnb->cna", self.turns, ways)
         return ends.reshape(*points.shape[:-1], 3)
 
     def meeting_of(self, ends: Array, weight: Array) -> Array:
@@ -88,11 +88,13 @@ class CameraRig:
         errors = 1.0 / (self.focals[:, None] * np.sqrt(np.where(weight > 0, weight, 1.0)))
         ends = np.where(weight[..., None] > 0, ends.reshape(count, -1, 3), np.nan)
         places = triangulate(
-            ends, errors, self._centres(), np.ones(count, dtype=np.bool_), cauchy=_CAUCHY, rounds=_ROUNDS
+            ends, errors, self.optical_centres, np.ones(count, dtype=np.bool_), cauchy=_CAUCHY, rounds=_ROUNDS
         )
         return places.reshape(*shape, 3)
 
-    def _centres(self) -> Array:
+    @property
+    def optical_centres(self) -> Array:
+        """The cameras' optical centres [m], shape (camera_count, 3)."""
         return -np.einsum("cba,cb->ca", self.turns, self.shifts)
 
     def changes(self, camera: int, positions: Array, speed: Array) -> tuple[Array, Array, Array]:

@@ -35,8 +35,9 @@ def find_swaps(rig: CameraRig, tracks: list[ViewTrack], times_s: Array) -> list[
     """
     points, weight = at_instants(rig.ahead_s, tracks, times_s)
     out = [np.zeros(t.seen.shape, dtype=np.bool_) for t in tracks]
+    ends = rig.ends_of(points)
     for group in (_ARMS, _LEGS):
-        choice, _ = _choose(rig, points, weight, group)
+        choice, _ = _choose(rig, points, ends, weight, group)
         for c, track in enumerate(tracks):
             at, away_s = nearest_time(times_s - rig.ahead_s[c], track.time_s)
             out[c][:, group] = (choice[at, c] & (away_s < _NEAR_S))[:, None]
@@ -63,7 +64,8 @@ def misfit(rig: CameraRig, tracks: list[ViewTrack], times_s: Array, loose: float
     """Return the mean clipped squared error of a rig's rays, with left and right exchanged where that helps, in units
     of usual errors times `loose`."""
     points, weight = at_instants(rig.ahead_s, tracks, times_s)
-    cost = sum(float(_choose(rig, points, weight / loose**2, group)[1].sum()) for group in (_ARMS, _LEGS))
+    ends, loosened = rig.ends_of(points), weight / loose**2
+    cost = sum(float(_choose(rig, points, ends, loosened, group)[1].sum()) for group in (_ARMS, _LEGS))
     return cost / max(int((weight > 0).sum()), 1)
 
 
@@ -80,19 +82,19 @@ def at_instants(
     return np.stack(points), np.stack(weights)
 
 
-def _choose(rig: CameraRig, points: Array, weight: Array, group: np.ndarray) -> tuple[np.ndarray, Array]:
+def _choose(
+    rig: CameraRig, points: Array, ends: Array, weight: Array, group: np.ndarray
+) -> tuple[np.ndarray, Array]:
     """Return whether to exchange each camera's joints of a group, shape (instant_count, camera_count), and the cost
-    of each instant."""
+    of each instant; `ends`: a point on each pixel's ray."""
     cameras = len(points)
     most = 1 if cameras > _MOST_CAMERAS else cameras // 2
     ways = [way for way in product((False, True), repeat=cameras) if sum(way) <= most]
     costs = np.zeros((len(ways), points.shape[1]))
-    ends = rig.ends_of(points)
     for i, way in enumerate(ways):
         columns = [OTHER_SIDE[group] if exchanged else group for exchanged in way]
-        p = np.stack([points[c][:, columns[c]] for c in range(cameras)])
-        w = np.stack([weight[c][:, columns[c]] for c in range(cameras)])
-        found = rig.meeting_of(np.stack([ends[c][:, columns[c]] for c in range(cameras)]), w)
+        p, e, w = (np.stack([of[c][:, columns[c]] for c in range(cameras)]) for of in (points, ends, weight))
+        found = rig.meeting_of(e, w)
         known = known_of(found)
         shown, front = rig.show(np.where(known[..., None], found, 0.0))
         squares = np.where(

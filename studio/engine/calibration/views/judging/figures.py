@@ -61,7 +61,7 @@ def uncertain_of(fit: FittedRig) -> list[Uncertain]:
     assert fit.covariance is not None and fit.columns is not None
     rig, covariance, columns = fit.rig, fit.covariance, fit.columns
     count = len(columns)
-    centres = -np.einsum("cba,cb->ca", rig.turns, rig.shifts)
+    centres = rig.optical_centres
     by_unknown = np.zeros((count, 3, len(covariance)))
     for c in range(1, count):
         turn, shift = rig.turns[c], rig.shifts[c]
@@ -129,7 +129,7 @@ def _spread(points: Array) -> float:
 
 def twins(rig: CameraRig) -> list[int | None]:
     """Return, for each camera, an earlier one with the same place and direction, or None."""
-    centres = -np.einsum("cba,cb->ca", rig.turns, rig.shifts)
+    centres = rig.optical_centres
     out: list[int | None] = []
     for c in range(len(centres)):
         near = [
