@@ -60,7 +60,7 @@ class Engine(PerformedStage):
     Attributes:
         results: the newest step.
         status: the newest status.
-        prepares: this process is being prepared for a pipeline, or is ready.
+        preparation: of this process for a pipeline.
         timecode, bodies: incoming timecode and rigid bodies.
     """
 
@@ -102,7 +102,7 @@ class Engine(PerformedStage):
         self._pipeline = log.LoggedPipeline()
         self._schedule = Schedule.of(settings)
         self._status_ns: int | None = None
-        self._may_prepare = self.prepares = False
+        self.preparation = warmup.Preparation(lambda: self.put(Call(self._start_missing, Future())))
         self._stopping = False
         if calibration is not None:
             self.use_calibration(calibration.calibration, calibration)
@@ -118,7 +118,9 @@ class Engine(PerformedStage):
 
     def prepare(self, *, now: bool) -> None:
         """Prepare this process for a pipeline now, or once there is a camera or a calibration; returns at once."""
-        self.put(Call(lambda: self._allow_preparing(now), Future()))
+        if now:
+            self.put(Call(self.preparation.need, Future()))
+        self.put(Call(self.preparation.allow, Future()))
 
     def put(self, item: Item) -> None:
         """Pass an item to the thread; never waits."""
@@ -303,7 +305,8 @@ class Engine(PerformedStage):
             moved: performers are elsewhere now, by another calibration or clock; they are recognised by their bones.
             people: the performers who stay known; None = all.
         """
-        self._prepare()
+        if self.stage_calibration is not None or self.roster.cameras:
+            self.preparation.need()
         self._schedule = Schedule.of(self.settings)
         calibration = self.placed_calibration() if warmup.is_ready(self.stage_calibration) else None
         people = self.people() if people is None else people
@@ -311,17 +314,6 @@ class Engine(PerformedStage):
             people = [one.away() for one in people]
         self.strangers.forget()
         self._perform(log.start_event(calibration, self.settings, people))
-
-    def _allow_preparing(self, now: bool) -> None:
-        self._may_prepare = True
-        self._prepare(needed=now)
-
-    def _prepare(self, *, needed: bool = False) -> None:
-        """Prepare this process on a thread, once, as soon as a pipeline may be needed; the pipeline starts then."""
-        needed = needed or self.stage_calibration is not None or bool(self.roster.cameras)
-        if needed and self._may_prepare and not self.prepares:
-            self.prepares = True
-            warmup.begin(lambda: self.put(Call(self._start_missing, Future())))
 
     def _start_missing(self) -> None:
         """Start a pipeline where there is none."""

@@ -50,7 +50,7 @@ def stage_status(engine: Engine, now_ns: int) -> StageStatus:
     _, newest = engine.results.get()
     pipeline = engine.figures.status(now_ns)
     pipeline.problem = engine.problem
-    pipeline.preparing = engine.prepares and not warmup.is_ready(engine.stage_calibration)
+    pipeline.preparing = engine.preparation.begun and not warmup.is_ready(engine.stage_calibration)
     pipeline.not_followed_mm = {} if newest is None else not_followed_mm(newest)
     pipeline.clock_offset_ns = None if stage_ns is None else now_ns - stage_ns
     performers, warnings = performers_status(engine, now_ns)

@@ -38,6 +38,34 @@ def warm_up() -> None:
     _prepare_pictures()
 
 
+class Preparation:
+    """Prepares this process once, when that is allowed and needed.
+
+    Attributes:
+        begun: it is being prepared, or ready.
+    """
+
+    def __init__(self, then: Callable[[], None]) -> None:
+        """`then` is called as by `begin`."""
+        self.begun = False
+        self._then, self._allowed, self._needed = then, False, False
+
+    def allow(self) -> None:
+        """Begin now or as soon as it is needed."""
+        self._allowed = True
+        self._begin()
+
+    def need(self) -> None:
+        """Begin now or as soon as it is allowed."""
+        self._needed = True
+        self._begin()
+
+    def _begin(self) -> None:
+        if self._allowed and self._needed and not self.begun:
+            self.begun = True
+            begin(self._then)
+
+
 def begin(then: Callable[[], None]) -> None:
     """Prepare the process on a thread, and call `then` on that thread as soon as one performer can be solved, and
     again once cameras without depth can be used. Do nothing if both are ready. Without cameras that need it

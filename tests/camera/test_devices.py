@@ -1,5 +1,6 @@
-"""Device modules: the RealSense one with the SDK's software device, the others with a fake SDK. A fake SDK
-answers as the SDK's own interface files say; real cameras are not tested here.
+"""Device modules: the RealSense one with the SDK's software device, the others with a fake SDK.
+
+A fake SDK answers as the SDK's own interface files say; real cameras are not tested here.
 """
 
 import asyncio
