@@ -13,6 +13,7 @@ from studio.engine.model.cameras.joint_noise import JOINT_FACTOR
 ALONG_PER_M2 = 0.0016
 ACROSS_M = 0.01
 _UNSURE_FACTOR = 4.0
+_DIAGONAL = np.arange(3)
 
 
 def rays(positions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -49,5 +50,7 @@ def covariances(
     """Return the joints' covariances [m^2] rotated by `rotation`, shape (..., 21, 3, 3)."""
     along, across = sigmas(positions, confidence)
     direction = rays(positions) @ rotation.T
-    outer = direction[..., :, None] * direction[..., None, :]
-    return (across**2)[..., None, None] * np.eye(3) + (along**2 - across**2)[..., None, None] * outer
+    added = (along**2 - across**2)[..., None] * direction
+    out = added[..., :, None] * direction[..., None, :]
+    out[..., _DIAGONAL, _DIAGONAL] += (across**2)[..., None]
+    return out

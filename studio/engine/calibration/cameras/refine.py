@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from studio.engine.base.geometry import make_transform, transform_points
+from studio.engine.base.geometry import cross, make_transform, transform_points
 from studio.engine.calibration.cameras.noise import covariances, rays, unbiased
 from studio.engine.calibration.cameras.pairs import LocalClock, Track, sample, velocity
 from studio.engine.calibration.cameras.swaps import exchange
@@ -148,12 +148,13 @@ def _normal_equations(
         if seen.sum() < 10:
             continue
         residual, covariance_b = residual[seen], b.covariance[seen]
-        information = np.linalg.inv(a.covariance[seen] + covariance_b)
-        gain = (covariance_b @ information @ residual[..., None])[..., 0]
+        information = _inverses(a.covariance[seen] + covariance_b)
+        pull = (information @ residual[..., None])[..., 0]
+        gain = (covariance_b @ pull[..., None])[..., 0]
         point = b.points[seen] + gain  # best estimate: its error is uncorrelated with the residual
-        instant = np.nonzero(seen)[0]
-        distance2 = np.einsum("nk,nkl,nl->n", residual, information, residual)
-        scale2 = _scales(distance2, np.nonzero(seen)[1])
+        instant, joint = np.nonzero(seen)
+        distance2 = (residual * pull).sum(axis=1)
+        scale2 = _scales(distance2, joint)
         weight = (1.0 + distance2 / (_KERNEL**2 * scale2)) ** -2 / scale2
         information = information * weight[:, None, None]
         columns, jacobian = [], []
@@ -171,6 +172,13 @@ def _normal_equations(
         hessian[np.ix_(columns, columns)] += J.reshape(-1, n).T @ WJ.reshape(-1, n)
         gradient[columns] += WJ.reshape(-1, n).T @ residual.reshape(-1)
     return hessian, gradient
+
+
+def _inverses(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the inverses of symmetric matrices, shape (count, 3, 3), by their cofactors."""
+    a, b, c = matrices.transpose(1, 0, 2)
+    cofactors = np.stack([cross(b, c), cross(c, a), cross(a, b)], axis=1)
+    return cofactors / (a * cofactors[:, 0]).sum(axis=1)[:, None, None]
 
 
 def _scales(distance2: NDArray[np.float64], joint: NDArray[np.int64]) -> NDArray[np.float64]:
