@@ -62,6 +62,7 @@ def _triangulated(
     cameras, count = errors.shape
     places = np.full((count, 3), np.nan)
     directions, seen = np.empty((cameras, 3)), np.empty(cameras, dtype=np.bool_)
+    matrix, side = np.empty((3, 3)), np.empty(3)
     for k in range(count):
         points = 0
         for c in range(cameras):
@@ -76,7 +77,7 @@ def _triangulated(
         if points == 0 and not _meet(directions, seen, least_sine):
             continue
         for n in range(rounds):
-            matrix, side = np.zeros((3, 3)), np.zeros(3)
+            matrix[:], side[:] = 0.0, 0.0
             for c in range(cameras):
                 if not seen[c]:
                     continue
@@ -103,8 +104,23 @@ def _triangulated(
             ridge = _RIDGE * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2])
             for a in range(3):
                 matrix[a, a] += ridge
-            places[k] = np.linalg.solve(matrix, side)
+            _solve(matrix, side, places[k])
     return places
+
+
+@compiled
+def _solve(matrix: Array, side: Array, out: Array) -> None:
+    """Solve three equations whose matrix is symmetric and positive, by Cholesky's factors."""
+    a = math.sqrt(matrix[0, 0])
+    b, c = matrix[0, 1] / a, matrix[0, 2] / a
+    d = math.sqrt(matrix[1, 1] - b * b)
+    e = (matrix[1, 2] - b * c) / d
+    f = math.sqrt(matrix[2, 2] - c * c - e * e)
+    x = side[0] / a
+    y = (side[1] - b * x) / d
+    out[2] = (side[2] - c * x - e * y) / f / f
+    out[1] = (y - e * out[2]) / d
+    out[0] = (x - b * out[1] - c * out[2]) / a
 
 
 @compiled
