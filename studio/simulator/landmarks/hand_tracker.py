@@ -27,6 +27,7 @@ _SHIFT_AR, _NOISE_AR = 0.967, 0.4
 _HIDDEN_TIMES = 3.0
 _MISSED, _MISSED_FRAMES = 0.25, (1, 8)
 _WRONG, _WRONG_FRAMES = 0.02, (1, 5)
+_SIDES = ("left", "right")
 _FINGER_M, _BEFORE_M = 0.008, 0.015
 _BONES = np.array(
     [(0 if k == 0 else 4 * f + k, 1 + 4 * f + k) for f in range(5) for k in range(4)]
@@ -78,14 +79,12 @@ class HandTracker:
         began = _burst(self._wrong_left, _WRONG, _WRONG_FRAMES, rng)
         turns = rng.choice([-1.0, 1.0], 2) * rng.uniform(0.7, 2.0, 2)
         self._wrong_turn[began] = turns[began]
-        true = self._hands.points(joints_m, time_s)
-        hidden = hidden_joints(joints_m[None], self._eye)[0]
+        found = self._found(joints_m, draw)
         out = np.full((2, LANDMARKS, 2), np.nan)
-        for k, side in enumerate(("left", "right")):
-            wrist, knuckles = hidden[INDEX[f"{side}_wrist"]], hidden[INDEX[f"{side}_hand"]]
-            unseen = (wrist and knuckles) or ((wrist or knuckles) and draw[k] < 0.7)
-            if unseen or self._missed_left[k] > 0 or self.hand_pixels(true[k, 0]) < LEAST_PIXELS:
-                continue
+        if not found:
+            return out
+        true = self._hands.points(joints_m, time_s)
+        for k in found:
             times = np.where(hidden_in_hand(true[k], self._eye), _HIDDEN_TIMES, 1.0)[:, None]
             off = self._hands.seen_off[k] + times * (_SHIFT * self._shift[k] + _NOISE * self._noise[k])
             seen = true[k] + self._hands.length_m * (off + _WHOLE * self._whole[k])
@@ -103,6 +102,20 @@ class HandTracker:
             if inside.mean() > 0.7:
                 out[k] = pixels
         return out
+
+    def _found(self, joints_m: Array, draw: Array) -> list[int]:
+        """Return the hands that are large enough in the picture and neither hidden nor missed; 0 = left."""
+        wrists = [joints_m[INDEX[f"{side}_wrist"]] for side in _SIDES]
+        large = [
+            k
+            for k, wrist in enumerate(wrists)
+            if self._missed_left[k] == 0 and self.hand_pixels(wrist) >= LEAST_PIXELS
+        ]
+        if not large:
+            return []
+        hidden = hidden_joints(joints_m[None], self._eye)[0]
+        ends = {k: [hidden[INDEX[f"{_SIDES[k]}_{end}"]] for end in ("wrist", "hand")] for k in large}
+        return [k for k in large if not (all(ends[k]) or (any(ends[k]) and draw[k] < 0.7))]
 
     def hand_pixels(self, wrist_m: Array) -> float:
         """Return the length of a stretched hand in the picture [pixels] for a wrist position; 0 = behind."""
