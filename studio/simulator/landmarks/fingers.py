@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.base.geometry import unit
+from studio.engine.base.geometry import cross, unit
 from studio.engine.model.joints import INDEX
 from studio.simulator.joints.bone_frames import bone_frames
 
@@ -139,7 +139,7 @@ class SimulatedHands:
             )
             along = unit(hand - wrist)
             thumb = _thumb_side(-frames[INDEX[f"{side}_wrist"], :, 1], along, shoulder - elbow, wrist - elbow)
-            back = np.cross(thumb, along) * (1.0 if k == 0 else -1.0)
+            back = cross(thumb, along) * (1.0 if k == 0 else -1.0)
             axes = np.array(
                 [
                     along,
@@ -193,9 +193,9 @@ def _thumb_side(straight: Array, along: Array, upper: Array, fore: Array) -> Arr
     straight = unit(straight - (straight @ along) * along)
     bent = upper - (upper @ along) * along
     share = np.clip(
-        (np.linalg.norm(np.cross(unit(upper), unit(fore))) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0
+        (np.linalg.norm(cross(unit(upper), unit(fore))) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0
     )
     if share == 0.0 or np.linalg.norm(bent) < 1e-6:
         return straight
-    angle = share * np.arctan2(np.cross(straight, unit(bent)) @ along, straight @ unit(bent))
-    return np.cos(angle) * straight + np.sin(angle) * np.cross(along, straight)
+    angle = share * np.arctan2(cross(straight, unit(bent)) @ along, straight @ unit(bent))
+    return np.cos(angle) * straight + np.sin(angle) * cross(along, straight)

@@ -11,7 +11,7 @@ Solvers know none of this.
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.base.geometry import unit
+from studio.engine.base.geometry import cross, unit
 from studio.engine.model.joints import JOINT_SETS
 from studio.simulator.joints.bone_frames import chest_axes
 from studio.simulator.performer.acting import head_turns
@@ -63,8 +63,8 @@ class SimulatedHead:
         chest: Array = chest_axes(joints_m[None])[0]
         upright: Array = (1.0 - _UPRIGHT) * chest[:, 2] + _UPRIGHT * np.array([0.0, 0.0, 1.0])
         up = unit(upright)
-        back = unit(np.cross(up, chest[:, 0]).astype(np.float64))
-        return np.column_stack([np.cross(back, up), back, up])
+        back = unit(cross(up, chest[:, 0]))
+        return np.column_stack([cross(back, up), back, up])
 
     def rotation(self, joints_m: Array, time_s: float) -> Array:
         """Return the head's rotation from the T-pose, in which it faces -y, at a time, 3x3."""
