@@ -156,6 +156,8 @@ def test_a_process_begins_later_or_with_the_first_work(monkeypatch, run):
     real = begin.begin
     monkeypatch.setattr(begin, "begin", lambda **how: begun.append(how) or real(**how))
     try:
+        worker.warm_up(after_s=None)
+        assert warming() == []
         worker.warm_up(after_s=600.0)
         (waiting,) = warming()
         assert begun == []

@@ -83,6 +83,7 @@ def create_app(
     discover: bool | None = None,
     certificate: Path | None = None,
     hello_timeout_s: float = HELLO_TIMEOUT_S,
+    on_page: Callable[[], None] = lambda: None,
 ) -> FastAPI:
     """Return the app of a stage that the caller starts and closes; `state.outputs`, `state.local_cameras`,
     `state.devices`, `state.announced` and `state.triggers` are closed with it, and every event includes the content
@@ -96,6 +97,7 @@ def create_app(
         discover: listen to cameras that announce themselves; None = where nobody needs to sign in.
         certificate: the server's own, by which its own clients recognise it; None = it has none.
         hello_timeout_s: time without a message after which a camera link is refused.
+        on_page: called for each page that is opened.
     """
     app = StructApi(
         title="Capture Studio",
@@ -130,7 +132,7 @@ def create_app(
         "devices": lambda: [*app.state.devices.clicked(), *app.state.announced.clicked()],
     }
     app.state.events = events
-    add_routes(app, events_router(stage, jobs, events))
+    add_routes(app, events_router(stage, jobs, events, on_page))
     presets, thumbnails = Presets(sessions), Thumbnails(stage)
     events["thumbnails"] = lambda: thumbnails.made
     events["takes"] = Changes(sessions).stamp

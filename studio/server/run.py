@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from types import FrameType
 from typing import Any, NoReturn
 from urllib.parse import urlsplit
@@ -39,7 +40,7 @@ from studio.wire import MAX_MESSAGE_BYTES
 
 GRACE_S = 3
 _BEGUN_S = 10.0
-"""Time after which cameras and page have begun when the studio starts, also on two slow cores [s]."""
+"""Time after which cameras and page have begun when the first page is opened, also on two slow cores [s]."""
 _DISCOVER = {"auto": None, "on": True, "off": False}
 SWITCH_S = 0.001
 """Time slice of a thread in the interpreter; it is short, so that the engine thread does not delay the link."""
@@ -129,6 +130,7 @@ def run(
             recordings=config.recordings,
             discover=_DISCOVER[config.discover],
             certificate=None if tls is None else tls.certificate,
+            on_page=cache(lambda: worker.warm_up(after_s=_BEGUN_S)),
         )
         choose_at_first(sessions, stage.timecode, config.timecode, config.timecode_rate)
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions), jobs=app.state.jobs)
@@ -209,9 +211,9 @@ def _say_how_to_sign_in(access: Access, url: str, config: Config, tls: Tls | Non
 
 def _prepare_for_work(stage: LiveStage, *, now: bool) -> None:
     """Load modules that were left out for a quick start: those of the stage in a separate thread, `now` or once they
-    are needed; those of a solve in a process, once cameras and page have begun."""
+    are needed; those of a solve in a process, with the first work or once a page has been open for a while."""
     stage.prepare(now=now)
-    worker.warm_up(after_s=_BEGUN_S)
+    worker.warm_up(after_s=None)
 
 
 def make_server(

@@ -43,13 +43,14 @@ _soon_back: set[Worker] = set()
 """Processes with work that has been short so far, which will soon be ready again."""
 
 
-def warm_up(after_s: float = 0.0) -> None:
+def warm_up(after_s: float | None = 0.0) -> None:
     """Keep a process ready; returns at once. It is begun after `after_s` [s], or with the first work, because loading
-    keeps a core busy for seconds."""
+    keeps a core busy for seconds; None: only with the first work."""
     global _warm
     with _changed:
         _warm = True
-    threading.Thread(target=_begin_spare, args=(after_s,), name="warm up", daemon=True).start()
+    if after_s is not None:
+        threading.Thread(target=_begin_spare, args=(after_s,), name="warm up", daemon=True).start()
 
 
 def _begin_spare(after_s: float) -> None:

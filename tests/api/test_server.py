@@ -16,6 +16,7 @@ import pytest
 from fastapi import FastAPI, WebSocket
 from websockets.sync.client import connect
 
+from studio.api.stage.events import EVENTS_PATH
 from studio.server.listening import open_socket
 from studio.server.run import make_server
 from studio.take.folder.take import Take
@@ -30,10 +31,13 @@ COMMAND = [sys.executable, "-m", "studio", "serve"]
 class Program:
     """A server process on a folder of sessions, and its address."""
 
-    def __init__(self, sessions: Path) -> None:
+    def __init__(self, sessions: Path, **environment: str) -> None:
         self.sessions = sessions
         self.process = subprocess.Popen(
-            [*COMMAND, "--port", "0", "--sessions", str(sessions)], stdout=subprocess.PIPE, text=True
+            [*COMMAND, "--port", "0", "--sessions", str(sessions)],
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | environment,
         )
         assert self.process.stdout is not None
         line = self.process.stdout.readline()
@@ -97,15 +101,13 @@ def test_the_end_finishes_the_recording(ending_program, number):
 @pytest.mark.skipif(not COPIES, reason="this system copies no processes")
 def test_a_server_that_ends_leaves_nothing_of_its_processes(tmp_path):
     with tempfile.TemporaryDirectory() as folder:
-        process = subprocess.Popen(
-            [*COMMAND, "--port", "0", "--sessions", str(tmp_path / "sessions")],
-            stdout=subprocess.PIPE,
-            env=os.environ | {"TMPDIR": folder},
-        )
-        wait_until(lambda: [*Path(folder).glob("pymp-*/*")], "the process that is copied is there")
-        process.terminate()
-        assert process.communicate(timeout=60) is not None and process.returncode == 0
+        program = Program(tmp_path / "sessions", TMPDIR=folder)
+        with connect(program.url.replace("http", "ws") + EVENTS_PATH):  # as a page that is open
+            wait_until(lambda: [*Path(folder).glob("pymp-*/*")], "the process that is copied is there")
+        program.process.terminate()
+        assert program.process.wait(60) == 0
         assert [*Path(folder).glob("pymp-*")] == []
+        program.close()
 
 
 def test_what_a_killed_server_recorded_can_be_read(ending_program):

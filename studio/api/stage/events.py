@@ -39,13 +39,17 @@ class StatusEvent(Struct, tag="status"):
     view: ViewState | UnsetType = UNSET
 
 
-def events_router(stage: LiveStage, jobs: Jobs, parts: dict[str, Callable[[], Any]]) -> APIRouter:
-    """Return the route of the events; `parts` make the fields of `StatusEvent` that belong to other rooms."""
+def events_router(
+    stage: LiveStage, jobs: Jobs, parts: dict[str, Callable[[], Any]], on_page: Callable[[], None]
+) -> APIRouter:
+    """Return the route of the events; `parts` make the fields of `StatusEvent` that belong to other rooms, and
+    `on_page` is called for each page that is opened."""
     router = APIRouter()
 
     @router.websocket(EVENTS_PATH)
     async def events(websocket: WebSocket) -> None:
         await websocket.accept()
+        on_page()
         gone = asyncio.create_task(wait_until_gone(websocket))
         loop, ended = asyncio.get_running_loop(), asyncio.Event()
         leave = jobs.listen(lambda: loop.call_soon_threadsafe(ended.set))
