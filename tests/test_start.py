@@ -98,6 +98,16 @@ def test_what_light_commands_load(arguments):
     assert run("-c", code, *arguments).stderr.splitlines()[-1] == "[]"
 
 
+def test_a_search_for_devices_loads_no_scipy():
+    """It is needed for images, not to name what is plugged in; each search is a process."""
+    code = (
+        "import sys\nfrom studio.camera.finding import child\n"
+        "for name, one in child.SOURCES.items():\n    if one.found:\n        child.look(name)\n"
+        "print('scipy' in sys.modules)"
+    )
+    assert run("-c", code).stdout.splitlines()[-1] == "False"
+
+
 @pytest.mark.long
 def test_ready_within_three_seconds(tmp_path):
     """On an idle machine, from the command to the answer of /health, files in the system's memory."""

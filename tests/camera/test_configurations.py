@@ -12,7 +12,7 @@ from studio.camera.devices.openni import OpenNIConfig
 from studio.camera.devices.orbbec import OrbbecConfig
 from studio.camera.devices.realsense import RealSenseConfig
 from studio.camera.devices.webcam import WebcamConfig
-from studio.camera.simulated.depth import SimulatedDepthConfig
+from studio.camera.simulated.depth_config import SimulatedDepthConfig
 from studio.camera.simulated.landmarks import SimulatedRgbConfig
 from studio.camera.simulated.skeletons import SimulatedConfig, SimulatedSource
 from studio.camera.sources import registry

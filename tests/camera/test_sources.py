@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from studio.camera.simulated.depth import SimulatedDepthConfig
+from studio.camera.simulated.depth_config import SimulatedDepthConfig
 from studio.camera.simulated.landmarks import SimulatedRgbConfig
 from studio.camera.simulated.skeletons import SimulatedConfig, SimulatedSource
 from studio.camera.sources.config import DeviceConfig

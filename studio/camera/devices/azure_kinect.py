@@ -16,7 +16,6 @@ from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import NotAvailableError
 from studio.engine.model.joints import JOINT_SETS
-from studio.take.importers.k4a import intrinsics
 from studio.take.raw.records import depth_camera
 
 _KIND, _MODE = "azure-kinect", "NFOV_2X2BINNED"
@@ -112,6 +111,8 @@ class AzureKinectSource(DepthSource):
     name, device = "azure-kinect", "Azure Kinect"
 
     def __init__(self, device: Any) -> None:
+        from studio.take.importers.k4a import intrinsics  # slow to load
+
         self._device = device
         self.camera = depth_camera(intrinsics(device.get_raw_calibration(), _MODE))
         self._wall = WallClock()

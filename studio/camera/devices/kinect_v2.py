@@ -15,7 +15,6 @@ from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import NotAvailableError, SettingsError
 from studio.engine.model.cameras.depth import DepthCamera
-from studio.take.importers.kinect_v2.joint_set import to_camera
 
 _KIND = "kinect-v2"
 _WIDTH, _HEIGHT = 512, 424
@@ -128,6 +127,8 @@ class KinectV2Bodies(Source):
         return self._wall.now_ns()
 
     async def frames(self) -> AsyncIterator[SourceFrame]:
+        from studio.take.importers.kinect_v2.joint_set import to_camera  # slow to load
+
         def wait() -> SourceFrame | None:
             if not self._kinect.has_new_body_frame():
                 sleep(_POLL_S)

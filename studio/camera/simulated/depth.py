@@ -6,16 +6,12 @@ clock.
 
 import asyncio
 from collections.abc import AsyncIterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from studio.camera.simulated.rig_config import RigCameraConfig
-from studio.camera.sources.config import FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource
 from studio.camera.sources.pacing import WallClock
 from studio.engine.animation.motion.authored import stage_motion
-from studio.engine.base.sentences import say
 from studio.simulator.body.performers import DEFAULT
 from studio.simulator.clock import jitter_s, random_clock
 from studio.simulator.performer.motion import perform
@@ -24,26 +20,6 @@ from studio.simulator.sensor.sensors import find_sensor
 from studio.simulator.sensor.stage import DepthStage, dropped
 
 _SENSOR = "azure-kinect"
-_FOUND = 2
-
-
-@dataclass(frozen=True)
-class SimulatedDepthConfig(RigCameraConfig):
-    """A simulated camera of depth images, `simulated-depth:<index>/<count>[:<seed>]`."""
-
-    kind = "simulated-depth"
-
-    @classmethod
-    def find(cls) -> list[FoundDevice]:
-        """Return two simulated cameras, which are always there, to try the studio out."""
-        return [FoundDevice(f"{cls.kind}:{k}/{_FOUND}", _named(k), f"simulated_{k}") for k in range(_FOUND)]
-
-    def open(self) -> "SimulatedDepthSource":
-        return SimulatedDepthSource(self.index, self.count, seed=self.seed)
-
-
-def _named(index: int) -> str:
-    return say("device.simulated_depth", "simulated depth camera {number}", number=index + 1)
 
 
 class SimulatedDepthSource(DepthSource):

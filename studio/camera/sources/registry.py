@@ -47,7 +47,7 @@ SOURCES: dict[str, Kind] = {
         f"{_SIMULATED}.skeletons:SimulatedConfig", "<index>/<count>[:<seed>[:<performers>[:<begin>]]]"
     ),
     "simulated-depth": Kind(
-        f"{_SIMULATED}.depth:SimulatedDepthConfig", "<index>/<count>[:<seed>]", found=True
+        f"{_SIMULATED}.depth_config:SimulatedDepthConfig", "<index>/<count>[:<seed>]", found=True
     ),
     "simulated-rgb": Kind(f"{_SIMULATED}.landmarks:SimulatedRgbConfig", "<index>/<count>[:<seed>]"),
     "recording": Kind(f"{_SOURCES}.recording:RecordingConfig", "<path>[#<camera>][?speed=max]"),

@@ -5,7 +5,7 @@ import asyncio
 import numpy as np
 import pytest
 
-from studio.camera.simulated.depth import SimulatedDepthConfig
+from studio.camera.simulated.depth_config import SimulatedDepthConfig
 from studio.engine.base.errors import SettingsError
 from tests.refused import refused
 
