@@ -40,10 +40,20 @@ CONNECTING = {
 }  # fmt: skip
 
 
-def imported(path: Path) -> set[str]:
-    """Full names of the modules that a file imports, inside functions too."""
+WORDS = {name.rpartition(".")[2] for name in CONNECTING}
+"""A file that imports one of `CONNECTING` has one of these in its text."""
+
+
+def connecting(path: Path) -> set[str]:
+    """Which of `CONNECTING` a file imports, inside functions too."""
+    text = path.read_text(encoding="utf-8")
+    return imported(text) & CONNECTING if any(word in text for word in WORDS) else set()
+
+
+def imported(text: str) -> set[str]:
+    """Full names of the modules that a text imports."""
     names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -53,16 +63,14 @@ def imported(path: Path) -> set[str]:
 
 def test_nothing_else_opens_connections():
     """No request can make the server fetch an address (SSRF): few modules could, and none takes one from a file."""
-    found = {
-        path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py") if imported(path) & CONNECTING
-    }
+    found = {path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py") if connecting(path)}
     assert found == set(MAY_CONNECT)
 
 
 def test_the_guard_notices(tmp_path):
     file = tmp_path / "x.py"
     file.write_text("def f():\n    from urllib import request\n    request.urlopen('http://x')\n")
-    assert imported(file) & CONNECTING
+    assert connecting(file)
 
 
 @pytest.mark.parametrize(
