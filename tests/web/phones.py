@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 
 import av
 from playwright.sync_api import Browser, Page
 
+from tests.take.video_takes import BITS, HEIGHT, WIDTH, numbered_pictures
 from tests.web.browser import CHROMIUM, FLAGS, WAIT_MS, until
 
 SIZE = (360, 640)
@@ -15,11 +17,10 @@ _IN_WORKER = ("gl_context", "landmark_projection", "inference_feedback", "XNNPAC
 
 
 def as_camera(video: Path, out: Path) -> Path:
-    """Write a video as the pictures of a camera, 360 x 640 at 30 Hz, and return `out`."""
+    """Write the first 0.8 s of a video as the pictures of a camera, 360 x 640 at 30 Hz, and return `out`."""
     with av.open(str(video)) as source, out.open("wb") as file:
-        for number, frame in enumerate(source.decode(video=0)):
-            if number % 2 == 0:  # the videos have 60 Hz
-                frame.reformat(*SIZE, interpolation="AREA").to_image().save(file, "JPEG", quality=88)
+        for frame in islice(source.decode(video=0), 0, 50, 2):  # the videos have 60 Hz
+            frame.reformat(*SIZE, interpolation="AREA").to_image().save(file, "JPEG", quality=88)
     return out
 
 
@@ -34,6 +35,17 @@ def as_walk(video: Path, out: Path) -> Path:
     with out.open("wb") as file:
         file.write(b"YUV4MPEG2 W%d H%d F10:1 Ip A1:1 C420\n" % SIZE)
         for frame in there + there[-2:0:-1]:
+            file.write(b"FRAME\n" + frame.to_ndarray().tobytes())
+    return out
+
+
+def as_counter(out: Path, *, rate_hz: int = 10) -> Path:
+    """Write small pictures with their numbers as those of a camera, and return `out`: they cost a page much less than
+    Chromium's test picture."""
+    with out.open("wb") as file:
+        file.write(b"YUV4MPEG2 W%d H%d F%d:1 Ip A1:1 C420\n" % (WIDTH, HEIGHT, rate_hz))
+        for picture in numbered_pictures(1 << BITS):
+            frame = av.VideoFrame.from_ndarray(picture, format="rgb24").reformat(format="yuv420p")
             file.write(b"FRAME\n" + frame.to_ndarray().tobytes())
     return out
 

@@ -12,7 +12,7 @@ from studio.take.video.kept import KeptVideo, kept_videos
 from tests.acceptance.processes import wait_until
 from tests.take.video_takes import BITS, number_in, numbered_pictures
 from tests.web.browser import quiet_page, until
-from tests.web.phones import phone
+from tests.web.phones import as_counter, phone
 from tests.web.test_phone_page import is_told, studio  # noqa: F401
 
 pytestmark = pytest.mark.browser
@@ -45,16 +45,6 @@ BUSY = """() => {
   });
 }"""
 """Holds the page between a picture that is announced and what it does with it: by then there is a later one."""
-
-
-def as_counter(out):
-    """Write pictures with their numbers as those of a camera, at 10 Hz, and return `out`."""
-    with out.open("wb") as file:
-        file.write(b"YUV4MPEG2 W140 H160 F10:1 Ip A1:1 C420\n")
-        for picture in numbered_pictures(1 << BITS):
-            frame = av.VideoFrame.from_ndarray(picture, format="rgb24").reformat(format="yuv420p")
-            file.write(b"FRAME\n" + frame.to_ndarray().tobytes())
-    return out
 
 
 def start(one, url, *scripts):
@@ -114,7 +104,7 @@ def test_a_video_is_in_step_and_outlives_its_page(studio, chromium, tmp_path):  
     assert len(turned) >= 2 and (steps >= 1).all() and (steps < (1 << BITS) // 2).all()
 
 
-def test_the_operator_asks_all_phones_for_video(studio, chromium):  # noqa: F811
+def test_the_operator_asks_all_phones_for_video(studio, chromium, tmp_path):  # noqa: F811
     """And it stays so on the page, which asks the server."""
     url, http, sessions = studio
     with quiet_page(chromium) as page:
@@ -126,7 +116,7 @@ def test_the_operator_asks_all_phones_for_video(studio, chromium):  # noqa: F811
             page.locator("#phones-video").check()
             expect(page.locator("#phones-video")).to_be_enabled()
             wait_until(lambda: http.get("/phones/video").json()["keep"], "the server knows it")
-    with phone(chromium) as one:
+    with phone(chromium, as_counter(tmp_path / "counter.y4m")) as one:
         one.start(f"{url}/phone", "stand")
         expect(one.page.locator("#video-kept")).to_contain_text("The studio keeps video")
         one.sends(3)
@@ -144,10 +134,10 @@ def test_the_operator_asks_all_phones_for_video(studio, chromium):  # noqa: F811
         ("database", "indexedDB.open = () => { throw new Error('private'); };"),
     ],
 )
-def test_why_no_video_is_recorded_is_told(studio, chromium, what, script):  # noqa: F811
+def test_why_no_video_is_recorded_is_told(studio, chromium, tmp_path, what, script):  # noqa: F811
     """On the phone and to the operator; the landmarks go on."""
     url, http, _ = studio
-    with phone(chromium) as one:
+    with phone(chromium, as_counter(tmp_path / "counter.y4m")) as one:
         one.page.add_init_script(script)
         start(one, url)
         http.post("/record/start", json={}).raise_for_status()

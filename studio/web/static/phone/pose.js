@@ -42,6 +42,7 @@ export class Pose {
     this.model = "";
     this.delegate = "";
     this.busyMs = 0; // in all
+    this.lastMs = 0; // time of the last image
     this.times = [];
     this.wanted = "auto";
     this.hands = false;
@@ -73,7 +74,8 @@ export class Pose {
     const { videoWidth: width, videoHeight: height } = video;
     const scale = Math.min(1, (this.hands ? LARGE : SMALL) / Math.max(width, height));
     const picture = await createImageBitmap(video, { resizeWidth: Math.round(scale * width), resizeHeight: Math.round(scale * height), resizeQuality: "medium" });
-    const { took_ms, ...found } = await this.thread.ask({ kind: "frame", picture, at_ms }, [picture]);
+    this.lastMs = Math.max(at_ms, this.lastMs + 1); // a busy browser may give two images one time, which the model refuses
+    const { took_ms, ...found } = await this.thread.ask({ kind: "frame", picture, at_ms: this.lastMs }, [picture]);
     this.busyMs += took_ms;
     this.#measured(took_ms);
     return { ...found, width, height };

@@ -14,6 +14,7 @@ export class VideoSender {
     Object.assign(this, { store, maySend, changed, asked: false });
     this.headers = token ? { Authorization: `Bearer ${token}` } : {};
     this.busy = false;
+    this.rest = null; // resolves when the next piece may be sent
     this.timer = setInterval(() => this.send(), RETRY_MS);
     this.send();
   }
@@ -49,10 +50,12 @@ export class VideoSender {
     const { take_id, name, boot_id, from_sequence } = part;
     const sha256 = hex(await crypto.subtle.digest("SHA-256", await file.arrayBuffer()));
     let answer = await this.#ask("POST", "", "application/json", JSON.stringify({ take_id, name, boot_id, from_sequence, size: file.size, sha256, ending: ".ivf", times_ns }));
-    while (AGAIN.includes(answer.state) && this.maySend(part)) {
+    while (AGAIN.includes(answer.state)) {
+      await this.rest;
+      if (!this.maySend(part)) return;
       const { id, received } = answer, began = performance.now();
       answer = await this.#ask("PUT", `/${id}?at=${received}`, "application/octet-stream", file.slice(received, received + PIECE_BYTES));
-      await wait(Math.min(REST * (performance.now() - began), RETRY_MS));
+      this.rest = wait(Math.min(REST * (performance.now() - began), RETRY_MS));
     }
     if (!OVER.includes(answer.state)) return;
     this.store.delete(part.id);
