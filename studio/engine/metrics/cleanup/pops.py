@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.spatial.transform import Rotation
 
+from studio.engine.base.quaternions import multiply
 from studio.engine.metrics.cleanup.events import CleanupEvent, events_of, joined, limb_of
 from studio.engine.metrics.cleanup.shown import ShownMotion
 from studio.engine.model.joints import CANONICAL
@@ -120,9 +121,11 @@ def _turned_deg(
     )
     between = before * Rotation.from_rotvec(0.5 * (before.inv() * after).as_rotvec())
     predicted = np.zeros((len(frames), 3))
+    back = between.inv().as_quat(scalar_first=True)
     for step, weight in zip(steps, weights, strict=True):
         there = Rotation.from_matrix(rotations[frames + step, columns], assume_valid=True)
-        predicted += weight * (between.inv() * there).as_rotvec()
+        turn = multiply(back, there.as_quat(scalar_first=True))  # several times as fast as SciPy's product
+        predicted += weight * Rotation.from_quat(turn, scalar_first=True).as_rotvec()
     middle = Rotation.from_matrix(rotations[frames, columns], assume_valid=True)
     difference = (between * Rotation.from_rotvec(predicted)).inv() * middle
     out[frames, columns] = np.degrees(difference.magnitude())
