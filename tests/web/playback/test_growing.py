@@ -27,8 +27,8 @@ from tests.web.servers import ThreadServer, thread_server
 from tests.web.test_hits import works_held
 
 SECONDS = 4.3
-HZ = 10.0
-"""Frame rate of the cameras [Hz]: a third of a real one's saves time."""
+HZ = 5.0
+"""Frame rate of the cameras [Hz]: a sixth of a real one's saves time."""
 
 
 @pytest.fixture
