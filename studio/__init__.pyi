@@ -6,7 +6,7 @@ from .camera.devices.openni import OpenNIConfig
 from .camera.devices.orbbec import OrbbecConfig
 from .camera.devices.realsense import RealSenseConfig
 from .camera.devices.webcam import WebcamConfig
-from .camera.simulated.depth import SimulatedDepthConfig
+from .camera.simulated.depth_config import SimulatedDepthConfig
 from .camera.simulated.landmarks import SimulatedRgbConfig
 from .camera.simulated.skeletons import SimulatedConfig
 from .camera.sources.config import DeviceConfig, SourceConfig

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import islice
 from pathlib import Path
 
 import av
@@ -17,10 +16,11 @@ _IN_WORKER = ("gl_context", "landmark_projection", "inference_feedback", "XNNPAC
 
 
 def as_camera(video: Path, out: Path) -> Path:
-    """Write the first 0.8 s of a video as the pictures of a camera, 360 x 640 at 30 Hz, and return `out`."""
+    """Write a video as the pictures of a camera, 360 x 640 at 30 Hz, and return `out`."""
     with av.open(str(video)) as source, out.open("wb") as file:
-        for frame in islice(source.decode(video=0), 0, 50, 2):  # the videos have 60 Hz
-            frame.reformat(*SIZE, interpolation="AREA").to_image().save(file, "JPEG", quality=88)
+        for number, frame in enumerate(source.decode(video=0)):
+            if number % 2 == 0:  # the videos have 60 Hz
+                frame.reformat(*SIZE, interpolation="AREA").to_image().save(file, "JPEG", quality=88)
     return out
 
 
