@@ -43,7 +43,7 @@ export class Footage {
   frame(video, time_ns, { wanted, sequence, mirrored, rate }) {
     const { active, hello } = this.link.keeper;
     if (!this.store.database || !(wanted || this.asked) || !active) {
-      if (this.recorder.origin) this.recorder.end().then(() => this.sender.send());
+      if (this.recorder.origin) this.recorder.end().then(() => this.sender?.send());
       return;
     }
     this.recorder.begin({ take_id: active, name: hello.name, boot_id: hello.boot_id, from_sequence: sequence });
