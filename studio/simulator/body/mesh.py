@@ -1,7 +1,7 @@
 """A performer's mesh: skin, hair and loose clothes in the T-pose, with skinning weights."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,7 +102,16 @@ def hand_axes(sign: float) -> Array:
 
 
 def make_body(performer: Actor, offsets_m: Array) -> BodyMesh:
-    """Return the mesh of a performer with these T-pose offsets [m], shape (21, 3); see `CanonicalMotion`."""
+    """Return the mesh of a performer with these T-pose offsets [m], shape (21, 3); see `CanonicalMotion`.
+
+    To make one takes 0.2 s, so the last ones are kept: nobody changes their arrays.
+    """
+    return _made(performer, np.asarray(offsets_m, dtype=np.float64).tobytes())
+
+
+@lru_cache(maxsize=4)
+def _made(performer: Actor, body: bytes) -> BodyMesh:
+    offsets_m = np.frombuffer(body).reshape(-1, 3).copy()
     frame = Frame.of(performer, offsets_m)
     hand = Hand.of(float(np.linalg.norm(frame.joint("left_hand") - frame.joint("left_wrist"))) * performer.hand,
                    performer.finger)  # fmt: skip

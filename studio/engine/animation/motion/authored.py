@@ -1,6 +1,10 @@
-"""The authored motions: the calibration walk for any body, and the motions of the embedded performer."""
+"""The authored motions: the calibration walk for any body, and the motions of the embedded performer.
+
+To make one takes a tenth of a second, so the last ones are kept: nobody changes their arrays.
+"""
 
 from collections.abc import Callable
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +15,7 @@ from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.animation.motion.proportions import AUTHORED_OFFSETS
 from studio.engine.model.joints import INDEX
 
+_KEPT = 4
 T_POSE_S = 3.0
 WALK_S = 30.0
 _SIDES = ("left", "right")
@@ -72,6 +77,12 @@ def calibration_motion(offsets: NDArray[np.float64]) -> CanonicalMotion:
     Args:
         offsets: T-pose offsets of any body [m], shape (21, 3); see `CanonicalMotion`.
     """
+    return _calibration_motion(np.asarray(offsets, dtype=np.float64).tobytes())
+
+
+@lru_cache(maxsize=_KEPT)
+def _calibration_motion(body: bytes) -> CanonicalMotion:
+    offsets = _offsets_of(body)
     leg = float(np.linalg.norm(offsets[[INDEX["left_knee"], INDEX["left_ankle"]]], axis=-1).sum())
     size = float(np.clip(leg / 0.85, 0.5, 1.2))
     script = _Script()
@@ -94,6 +105,11 @@ def demo_motion(offsets: NDArray[np.float64] = AUTHORED_OFFSETS, *, begins_with:
         offsets: T-pose offsets of any body [m], shape (21, 3).
         begins_with: which of the movements, from 0, comes first after the T-pose; those before it come last.
     """
+    return _demo_motion(np.asarray(offsets, dtype=np.float64).tobytes(), begins_with)
+
+
+@lru_cache(maxsize=_KEPT)
+def _demo_motion(body: bytes, begins_with: int) -> CanonicalMotion:
     script = _Script()
     script.t_pose()
     script.relax()
@@ -103,9 +119,14 @@ def demo_motion(offsets: NDArray[np.float64] = AUTHORED_OFFSETS, *, begins_with:
         part(script)
     script.travel(lambda path: path.turn(path.yaws[-1] + 2 * np.pi, 4.5))
     script.to(1.0, **_both(_T_POSE))
-    return compose(offsets, script.keys, script.path, script.now)
+    return compose(_offsets_of(body), script.keys, script.path, script.now)
 
 
+def _offsets_of(body: bytes) -> NDArray[np.float64]:
+    return np.frombuffer(body).reshape(-1, 3).copy()
+
+
+@cache
 def stage_motion() -> CanonicalMotion:
     """Return the embedded performer's motion for the live stage, which loops from T-pose to T-pose.
 
