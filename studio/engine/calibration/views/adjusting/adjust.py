@@ -214,19 +214,21 @@ class Adjustment:
             np.zeros(size + 1),
         )
         rest = self.rests(fit)
-        every = np.arange(joints)
+        blocks = np.zeros((frames, joints, 3, 3))
         for camera in range(len(self.points)):
             _, by_point, by_camera = fit.rig.changes(camera, fit.joints, self.speed[camera])
             r = rest[camera]
             w = self.weight[camera] / (1.0 + (r**2).sum(axis=-1) * self.weight[camera] / _CAUCHY**2)
             wp, wc = by_point * w[..., None, None], by_camera * w[..., None, None]
             flat = by_camera.reshape(-1, UNKNOWNS)
-            own[:, every, :, every, :] += np.swapaxes(np.swapaxes(wp, -1, -2) @ by_point, 0, 1)
+            blocks += np.swapaxes(wp, -1, -2) @ by_point
             b_own -= (wp * r[..., None]).sum(axis=-2)
             columns = self.columns[camera]
             cross[..., columns] += np.swapaxes(wp, -1, -2) @ by_camera
             shared[np.ix_(columns, columns)] += wc.reshape(-1, UNKNOWNS).T @ flat
             b_shared[columns] -= wc.reshape(-1, UNKNOWNS).T @ r.ravel()
+        every = np.arange(joints)
+        own[:, every, :, every, :] = np.swapaxes(blocks, 0, 1)
         self._add_bones(fit, own, cross, shared, b_own, b_shared)
         b, P = self._prior(fit)
         limbs = np.zeros(size + 1)
