@@ -43,8 +43,17 @@ BUSY = """() => {
     if ((count += 1) % 5 === 0) while (performance.now() < until);
     call(...told);
   });
+  let made = 0;
+  window.VideoFrame = class extends VideoFrame {
+    constructor(source, how) {
+      const until = performance.now() + 130;
+      if (how && (made += 1) % 5 === 0) while (performance.now() < until);
+      super(source, how);
+    }
+  };
 }"""
-"""Holds the page between a picture that is announced and what it does with it: by then there is a later one."""
+"""Holds the page between a picture that is announced and what it does with it, and between its time and its recording:
+by then there is a later one."""
 
 
 def start(one, url, *scripts):

@@ -86,18 +86,19 @@ const SAME_US = 1000, LATE_US = 1_000_000;
 export class PictureClock {
   #agrees = false; // whether this browser counts both times from the same moment
 
-  /** Return the capture time [ns]; `begin` and `told`: time and metadata that the browser passes with the announced picture. */
+  /** Return the picture that the video shows, to be closed, and its capture time [ns]; `begin` and `told`: time and metadata that
+   * the browser passes with the announced picture. The video may show another one a moment later. */
   taken(video, begin, told) {
     const announced_ns = Math.round(1e6 * (told.captureTime ?? begin));
-    let later_us;
+    let picture = null;
     try {
-      const picture = new VideoFrame(video);
-      later_us = picture.timestamp - 1e6 * told.mediaTime;
-      picture.close();
+      picture = new VideoFrame(video);
     } catch {
-      return announced_ns; // there is no VideoFrame, or no picture just now
+      return { picture, time_ns: announced_ns }; // there is no VideoFrame, or no picture just now
     }
+    const later_us = picture.timestamp - 1e6 * told.mediaTime;
     if (Math.abs(later_us) < SAME_US) this.#agrees = true;
-    return this.#agrees && later_us >= SAME_US && later_us < LATE_US ? announced_ns + Math.round(1000 * later_us) : announced_ns;
+    const later = this.#agrees && later_us >= SAME_US && later_us < LATE_US;
+    return { picture, time_ns: later ? announced_ns + Math.round(1000 * later_us) : announced_ns };
   }
 }

@@ -70,10 +70,12 @@ const track = () => stream.getVideoTracks()[0];
 async function take(begin, frame) {
   if (!now.running) return;
   video.requestVideoFrameCallback(take);
-  const at_ns = pictures.taken(video, begin, frame);
-  if (Math.abs(at_ns - now.seen) < SAME_NS) return; // a busy page had it already
+  const { picture, time_ns: at_ns } = pictures.taken(video, begin, frame);
+  if (Math.abs(at_ns - now.seen) < SAME_NS) return void picture?.close(); // a busy page had it already
   now.seen = at_ns;
-  footage.frame(video, at_ns, { wanted: byId("keep-video").checked, sequence: now.sequence, mirrored: byId("mirrored").checked, rate: track().getSettings().frameRate || 30 });
+  footage.frame(picture, at_ns, { wanted: byId("keep-video").checked, sequence: now.sequence, mirrored: byId("mirrored").checked, rate: track().getSettings().frameRate || 30,
+    width: video.videoWidth, height: video.videoHeight });
+  picture?.close();
   if (busy) now.skipped += 1; // the newest picture, always: what came meanwhile is left out
   if (busy || !pose.thread || document.hidden) return;
   busy = true;

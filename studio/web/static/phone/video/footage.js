@@ -38,25 +38,24 @@ export class Footage {
 
   #maySend({ id }) { return this.link.welcomed && !this.link.keeper.recording && !this.recorder.isOpen(id); }
 
-  /** Handle the picture that `video` shows, captured at `time_ns`: during a take it is recorded if `wanted` or `asked`.
-   * `sequence`: number of the next frame of landmarks; `mirrored`: it is mirrored back, as the landmarks are. */
-  frame(video, time_ns, { wanted, sequence, mirrored, rate }) {
+  /** Handle a picture of `width` x `height` (null = it could not be had), captured at `time_ns`: during a take it is recorded if
+   * `wanted` or `asked`. `sequence`: number of the next frame of landmarks; `mirrored`: it is mirrored back, as the landmarks are. */
+  frame(picture, time_ns, { wanted, sequence, mirrored, rate, width, height }) {
     const { active, hello } = this.link.keeper;
     if (!this.store.database || !(wanted || this.asked) || !active) {
       if (this.recorder.origin) this.recorder.end().then(() => this.sender?.send());
       return;
     }
     this.recorder.begin({ take_id: active, name: hello.name, boot_id: hello.boot_id, from_sequence: sequence });
-    const { videoWidth: width, videoHeight: height } = video;
-    this.recorder.picture(mirrored ? this.#turned(video, width, height) : video, width, height, time_ns, rate);
+    this.recorder.picture(mirrored && picture ? this.#turned(picture, width, height) : picture, width, height, time_ns, rate);
   }
 
-  #turned(video, width, height) {
+  #turned(picture, width, height) {
     const { flipped } = this;
     if (flipped?.width !== width || flipped.height !== height) this.flipped = new OffscreenCanvas(width, height);
     const pen = this.flipped.getContext("2d");
     pen.setTransform(-1, 0, 0, 1, width, 0);
-    pen.drawImage(video, 0, 0);
+    pen.drawImage(picture, 0, 0);
     return this.flipped;
   }
 

@@ -54,7 +54,7 @@ export class VideoRecorder {
     this.changed(problem);
   }
 
-  /** Record a picture: `source` as shown, of `width` x `height`; `time_ns`: of its capture; `rate`: pictures per second. */
+  /** Record a picture: `source` as shown (null = it could not be had), of `width` x `height`; `time_ns`: of its capture; `rate`: pictures per second. */
   async picture(source, width, height, time_ns, rate) {
     if (!this.origin || this.problem || this.busy) return;
     const size = [width & ~1, height & ~1], since_us = this.part && this.part.first_ns !== null ? Math.round((time_ns - this.part.first_ns) / 1000) : 0;
@@ -65,7 +65,7 @@ export class VideoRecorder {
       } finally {
         this.busy = false;
       }
-      return; // the next picture is its first: this one may be gone from the screen
+      return; // the next picture is its first: this one is closed meanwhile
     }
     if (this.encoder.encodeQueueSize >= WAITING) {
       this.leftOut += 1;
