@@ -52,8 +52,8 @@ BUSY = """() => {
     }
   };
 }"""
-"""Holds the page between a picture that is announced and what it does with it, and between its time and its recording:
-by then there is a later one."""
+"""Holds the page between a picture that is announced and what it does with it, and between its time and its
+recording: by then there is a later one."""
 
 
 def start(one, url, *scripts):
