@@ -1,7 +1,6 @@
 """Prepares a process for solving: loads and compiles everything that is slow at its first call."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
@@ -36,14 +35,14 @@ def prepare() -> None:
 
 def prepare_one() -> None:
     """Solve a moment of the embedded performer with preset `studio`, as depth cameras see it; and search limbs."""
-    stage = _stage(SECONDS)
+    stage = make_stage(SECONDS)
     solve_stage(stage, preset("studio"))
     _find_limbs(stage.performer)
 
 
 def prepare_pictures() -> None:
     """Solve a moment as cameras without depth see it, with something like hands and a face."""
-    stage = _stage(SECONDS)
+    stage = make_stage(SECONDS)
     lens = usual_lens(1280, 720)
     cameras = {name: replace(camera, lens=lens) for name, camera in stage.calibration.cameras.items()}
     frames = [_pictured(frame, lens) for frame in _frames(stage)]
@@ -52,13 +51,7 @@ def prepare_pictures() -> None:
 
 def prepare_several() -> None:
     """Tell two performers apart."""
-    _tell_apart(_frames(_stage(SECONDS))[:2])
-
-
-@cache
-def _stage(seconds: float) -> DemoStage:
-    """Return the embedded performer before two cameras; to make it takes a tenth of a second."""
-    return make_stage(seconds)
+    _tell_apart(_frames(make_stage(0.1))[:2])
 
 
 def solve_stage(stage: DemoStage, settings: SolveSettings) -> Poses:
