@@ -24,13 +24,14 @@ LANDMARK_M = 0.011
 A pose network sees the body's part of the picture in one size, so its errors do not grow with the distance.
 """
 
-_LANDMARK_FACTOR = {"hip": 1.25, "toe": 1.5, "neck": 0.75}
+_LANDMARK_FACTOR = {"hips": 4.0, "hip": 1.25, "toe": 1.5, "neck": 0.75}
 LANDMARK_FACTOR: NDArray[np.float64] = np.array(
     [_LANDMARK_FACTOR.get(name.split("_")[-1], 1.0) for name in CANONICAL]
 )
 """Error of each canonical joint in pictures relative to an elbow's, from the distances at which the rays of four real
 cameras miss each other. Wrists and ankles have no larger error than elbows; toes, and hip joints, which no picture
-shows, have a larger one.
+shows, have a larger one. Hips are placed on a straight line between hip joints and shoulders, from which a bent trunk
+deviates by centimetres.
 """
 
 

@@ -71,3 +71,4 @@ def test_limb_ends_are_as_sure_as_elbows_in_pictures_but_for_toes():
     names = ("elbow", "wrist", "hand", "ankle", "hip", "toe")
     errors = [np.sqrt(lateral[INDEX[f"left_{name}"]]) / LANDMARK_M for name in names]
     np.testing.assert_allclose(errors, [1.0, 1.0, 1.0, 1.0, 1.25, 1.5])
+    assert np.sqrt(lateral[INDEX["hips"]]) == pytest.approx(4 * LANDMARK_M), "no landmark shows them"
