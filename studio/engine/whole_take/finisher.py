@@ -209,7 +209,7 @@ class Finisher:
             feet = self._feet(q)
             found = find_contacts(
                 feet.joints_m, pieces, self._dt, self._rest_heights_m,
-                floor_given=self._floor_given, wander=wander_of(self._readings.alike),
+                floor_given=self._floor_given, wander=self._readings.wander,
             )  # fmt: skip
             contacts = self._steps.known.standing(
                 found, feet, pieces, self._rest_heights_m, floor_given=self._floor_given, lifted_m=lifted_m

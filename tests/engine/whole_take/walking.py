@@ -4,14 +4,15 @@ Recordings of `STUDIO_TEST_DATA/rgb`: `walk_4_cameras`, a person at eight places
 with true joints; and `pose2sim_single`, videos of a person on a treadmill. Its joints are those that all four cameras
 place, smoothed as usual in gait analysis (Butterworth, 6 Hz).
 
-Run as a program, it prints the errors of the solve by all groups of cameras.
+Run as a program, it prints the errors of the solve by all groups of cameras, and those where all cameras but one lose
+the performer.
 """
 
 import argparse
 import json
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations, islice, pairwise
 from pathlib import Path
@@ -47,6 +48,9 @@ from studio.take.video.picture import small_picture
 from studio.wire import LandmarkArrays
 
 MEASURED = [INDEX[name] for name in MEASURED_JOINTS]
+LEFT_S = (0.4, 0.8)
+"""Times for which one camera alone sees the performer at the end of each segment."""
+
 _CUTOFF_HZ = 6.0
 _SURE = 0.7
 
@@ -61,6 +65,7 @@ class PicturedWalk:
         segment: shape (frame_count,).
         true_m: canonical joints, shape (frame_count, 21, 3).
         hz: frames a second.
+        lost: instants at which a camera, by name, sends nothing to the solve, shape (frame_count,); none = never.
     """
 
     cameras: dict[str, CameraCalibration]
@@ -68,6 +73,7 @@ class PicturedWalk:
     segment: NDArray[np.int64]
     true_m: NDArray[np.float64]
     hz: float = 30.0
+    lost: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
 
     def placed_m(self) -> NDArray[np.float64]:
         """The joints placed by all cameras, by camera, shape (camera_count, frame_count, 21, 3)."""
@@ -123,7 +129,8 @@ class PicturedWalk:
         results = []
         for k in range(begin, end):
             for name in names:
-                pipeline.add_frame(self.frames[name][k])
+                if name not in self.lost or not self.lost[name][k]:
+                    pipeline.add_frame(self.frames[name][k])
             if k > begin:
                 result = pipeline.step(self.frames[names[0]][k - 1].device_time_ns)
                 if result is not None:  # the first frames may show nobody
@@ -145,6 +152,17 @@ class PicturedWalk:
         return replace(
             self, frames=self.frames | {name: [_mirrored(frame) if turn else frame for frame, turn in mine]}
         )
+
+    def last(self, seconds: float) -> NDArray[np.bool_]:
+        """Which instants are in the last seconds of their segment, shape (frame_count,)."""
+        ends = np.flatnonzero(np.diff(self.segment, append=-1))
+        instants = np.arange(len(self.segment))
+        ending = ends[np.searchsorted(ends, instants)]
+        return np.asarray(ending - instants < round(seconds * self.hz))
+
+    def with_one_left(self, name: str, seconds: float) -> "PicturedWalk":
+        """The walk of which all other cameras lose the last seconds of each segment."""
+        return replace(self, lost={other: self.last(seconds) for other in self.cameras if other != name})
 
     def with_turned(self, name: str, degrees: float) -> "PicturedWalk":
         """The walk with a camera that is assumed to look further up than it does."""
@@ -176,9 +194,13 @@ class PicturedWalk:
         jerks = [np.linalg.norm(np.diff(one, n=3, axis=0), axis=2).ravel() for one in joints]
         return float(np.concatenate(jerks).mean() * self.hz**3)
 
-    def errors_mm(self, results: list[list[StepResult]]) -> NDArray[np.float64]:
-        """Errors of the measured joints, shape (result_count, 15)."""
-        at = {frame.device_time_ns: k for k, frame in enumerate(next(iter(self.frames.values())))}
+    def errors_mm(
+        self, results: list[list[StepResult]], counts: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.float64]:
+        """Errors of the measured joints, shape (result_count, 15); `counts`: at these instants only, shape
+        (frame_count,)."""
+        first = next(iter(self.frames.values()))
+        at = {frame.device_time_ns: k for k, frame in enumerate(first) if counts is None or counts[k]}
         return np.array(
             [
                 1e3
@@ -189,6 +211,7 @@ class PicturedWalk:
                 )
                 for segment in results
                 for result in segment
+                if result.frame_set.stage_time_ns in at
             ]
         )
 
@@ -293,6 +316,18 @@ def main() -> None:
                     errors = walk.errors_mm(results)
                     told.append(f"{errors.mean():5.1f} mm, 95 % under {np.percentile(errors, 95):5.1f}")
                 print(f"{title} {' '.join(names):26s} live {told[0]}; finished {told[1]}", flush=True)
+        for seconds in LEFT_S:
+            means = []
+            for name in walk.cameras:
+                left = walk.with_one_left(name, seconds)
+                live = left.solved(tuple(walk.cameras))
+                last = left.last(seconds)
+                means.append([left.errors_mm(one, last).mean() for one in (live, left.finished(live))])
+            live_mm, finished_mm = np.mean(means, axis=0)
+            print(
+                f"{title}, one left for {seconds} s: live {live_mm:.1f} mm; finished {finished_mm:.1f}",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

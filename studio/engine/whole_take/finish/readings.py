@@ -16,6 +16,9 @@ from studio.engine.whole_take.finish.windows import WINDOW
 CAMERA_FRAME_S = 1.0 / 30.0
 """Depth cameras' period."""
 
+RAYS_WANDER = 0.2
+"""Variance of the slow errors of joints that only rays place, relative to those of depth cameras."""
+
 
 class Readings:
     """The cameras' measurements of a take, window by window.
@@ -79,6 +82,12 @@ class Readings:
                 found = found.scaled(*self._noise)
             self._last = (begin, end), found
         return self._last[1]
+
+    @property
+    def wander(self) -> float:
+        """Variance of the joints' slow errors relative to those of depth cameras."""
+        depthless = ~np.isnan(self._store.along_m)
+        return wander_of(self.alike) * (RAYS_WANDER if depthless.all() else 1.0)
 
     def weigh(self, q: NDArray[np.float64], pieces: Iterable[tuple[int, int]]) -> None:
         """Estimate the cameras' noise, by which all measurements are weighed from then on.

@@ -61,6 +61,11 @@ to at most this multiple of the usual. Without the bound, the unobserved twist o
 motion. Without acceleration, `calm` gives the deviation.
 """
 
+STEADY = ((0.4, 1.0), (1.0, 0.5))
+"""Factor of the hips' deviation by `calm`: none with noise that is independent between frames (`calm` is 0.4), a half
+with noise as correlated as that of depth cameras, which moves the whole body.
+"""
+
 REST_WEIGHT = 0.05
 """Weight of the usual posture against cameras with noise that is correlated between frames, where many frames carry
 little more information than one. With independent noise it is reduced (`posture_share`), or it would bend the
@@ -209,6 +214,8 @@ class Smoother:
         """Stiffness of the accelerations, shape (frame_count - 2, nv)."""
         stiffness = self._stiffness
         if self._lively:
+            stiffness = stiffness.copy()
+            stiffness[:FREE_DOFS] /= np.interp(self.calm, *STEADY) ** 2
             usual = gaussian_filter1d(
                 stiffness * acceleration**2, LIVELY_S / self._dt, axis=0, mode="nearest", truncate=3.0
             )
