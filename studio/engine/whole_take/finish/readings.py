@@ -39,6 +39,7 @@ class Readings:
             reach: of each canonical joint, as a share of the usual one, shape (21,).
         """
         self._store, self._kinematics, self._dt, self._reach = store, kinematics, dt, reach
+        self._depthless = ~np.isnan(store.along_m)  # by camera
         first: list[NDArray[np.float64]] = []
         exchanged: list[NDArray[np.bool_]] = []
         far: list[NDArray[np.bool_]] = []
@@ -47,7 +48,7 @@ class Readings:
             first.append(records["q"])
             expected = kinematics.sites(records["q"])
             positions = records["positions"].astype(np.float64)
-            cameras = store.camera_positions, ~np.isnan(store.along_m)
+            cameras = store.camera_positions, self._depthless
             turned = swapped(positions, expected, *cameras)
             positions[turned] = positions[turned][:, MIRROR]
             far.append(far_limbs(positions, expected))
@@ -86,8 +87,7 @@ class Readings:
     @property
     def wander(self) -> float:
         """Variance of the joints' slow errors relative to those of depth cameras."""
-        depthless = ~np.isnan(self._store.along_m)
-        return wander_of(self.alike) * (RAYS_WANDER if depthless.all() else 1.0)
+        return wander_of(self.alike) * (1.0 if self._store.sees_depth else RAYS_WANDER)
 
     def weigh(self, q: NDArray[np.float64], pieces: Iterable[tuple[int, int]]) -> None:
         """Estimate the cameras' noise, by which all measurements are weighed from then on.
@@ -108,6 +108,5 @@ class Readings:
         factor *= wander_of(self.alike)  # means over independent frames are more precise
         # Errors of landmarks last: the higher the frame rate, the less each frame says.
         often = np.nan_to_num(np.maximum(self._store.frames_within(CAMERA_FRAME_S), 1.0), nan=1.0)
-        depthless = ~np.isnan(self._store.along_m)
-        factor[depthless] *= often[depthless, None, None]
+        factor[self._depthless] *= often[self._depthless, None, None]
         self._noise, self._last = (factor, spread), None

@@ -46,6 +46,7 @@ class Store:
         camera_positions: optical centres in the stage frame [m], shape (camera_count, 3).
         along_m: standard deviation along their rays of cameras that see no depth [m], shape (camera_count,); NaN = of
             the others. Their readings are kept at the point of each ray nearest to the first solve's joint.
+        sees_depth: whether a camera with depth has sent anything.
     """
 
     def __init__(self, first: StepResult) -> None:
@@ -53,7 +54,7 @@ class Store:
         frames = first.frame_set
         self.cameras, self.camera_positions = frames.cameras, frames.camera_positions
         count = len(frames.cameras)
-        self.along_m = np.full(count, np.nan)
+        self.along_m, self.sees_depth = np.full(count, np.nan), False
         assert first.configuration is not None
         self._dtype = np.dtype(
             [
@@ -136,6 +137,7 @@ class Store:
     def _placed(self, reading: Reading, result: StepResult) -> NDArray[np.float64]:
         """A reading's joints [m], shape (21, 3); those known only across their rays are put near the solve's."""
         if reading.along_m is None:
+            self.sees_depth = True
             return reading.positions
         self.along_m[reading.camera] = reading.along_m
         if reading.along_m < FREE_M:
