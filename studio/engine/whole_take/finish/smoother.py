@@ -62,8 +62,8 @@ motion. Without acceleration, `calm` gives the deviation.
 """
 
 STEADY = ((0.4, 1.0), (1.0, 0.5))
-"""Factor of the hips' deviation by `calm`: none with noise that is independent between frames (`calm` is 0.4), a half
-with noise as correlated as that of depth cameras, which moves the whole body.
+"""Factor of the hips' deviation by `calm`: 1 where noise is independent between frames (`calm` is 0.4), a half where
+it is as correlated as that of depth cameras. Such noise moves the whole body.
 """
 
 REST_WEIGHT = 0.05
