@@ -39,7 +39,6 @@ class Readings:
             reach: of each canonical joint, as a share of the usual one, shape (21,).
         """
         self._store, self._kinematics, self._dt, self._reach = store, kinematics, dt, reach
-        self._depthless = ~np.isnan(store.along_m)  # by camera
         first: list[NDArray[np.float64]] = []
         exchanged: list[NDArray[np.bool_]] = []
         far: list[NDArray[np.bool_]] = []
@@ -48,7 +47,7 @@ class Readings:
             first.append(records["q"])
             expected = kinematics.sites(records["q"])
             positions = records["positions"].astype(np.float64)
-            cameras = store.camera_positions, self._depthless
+            cameras = store.camera_positions, store.depthless
             turned = swapped(positions, expected, *cameras)
             positions[turned] = positions[turned][:, MIRROR]
             far.append(far_limbs(positions, expected))
@@ -108,5 +107,6 @@ class Readings:
         factor *= wander_of(self.alike)  # means over independent frames are more precise
         # Errors of landmarks last: the higher the frame rate, the less each frame says.
         often = np.nan_to_num(np.maximum(self._store.frames_within(CAMERA_FRAME_S), 1.0), nan=1.0)
-        factor[self._depthless] *= often[self._depthless, None, None]
+        depthless = self._store.depthless
+        factor[depthless] *= often[depthless, None, None]
         self._noise, self._last = (factor, spread), None

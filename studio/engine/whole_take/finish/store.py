@@ -46,7 +46,6 @@ class Store:
         camera_positions: optical centres in the stage frame [m], shape (camera_count, 3).
         along_m: standard deviation along their rays of cameras that see no depth [m], shape (camera_count,); NaN = of
             the others. Their readings are kept at the point of each ray nearest to the first solve's joint.
-        sees_depth: whether a camera with depth has sent anything.
     """
 
     def __init__(self, first: StepResult) -> None:
@@ -54,7 +53,7 @@ class Store:
         frames = first.frame_set
         self.cameras, self.camera_positions = frames.cameras, frames.camera_positions
         count = len(frames.cameras)
-        self.along_m, self.sees_depth = np.full(count, np.nan), False
+        self.along_m = np.full(count, np.nan)
         assert first.configuration is not None
         self._dtype = np.dtype(
             [
@@ -137,13 +136,22 @@ class Store:
     def _placed(self, reading: Reading, result: StepResult) -> NDArray[np.float64]:
         """A reading's joints [m], shape (21, 3); those known only across their rays are put near the solve's."""
         if reading.along_m is None:
-            self.sees_depth = True
             return reading.positions
         self.along_m[reading.camera] = reading.along_m
         if reading.along_m < FREE_M:
             return reading.positions
         solved = result.positions_m[OUTPUT_OF_CANONICAL_INDEX]
         return nearest_on_rays(reading.positions, self.camera_positions[reading.camera], solved)
+
+    @property
+    def depthless(self) -> NDArray[np.bool_]:
+        """Cameras that see no depth, shape (camera_count,)."""
+        return ~np.isnan(self.along_m)
+
+    @property
+    def sees_depth(self) -> bool:
+        """Whether a camera with depth has sent anything."""
+        return not self.depthless[np.unique(self._reading_cameras)].all()
 
     def read(self, begin: int, end: int) -> NDArray[np.void]:
         """Return the records of steps from `begin` up to, but not including, `end`."""
@@ -220,7 +228,7 @@ class Store:
                     self.camera_positions,
                     store._hands.get(place, ()),
                     None if np.isnan(w) else (w, x, y, z),
-                    rays=~np.isnan(self.along_m),
+                    rays=self.depthless,
                     hand_rays=store._hand_rays.at(place),
                     face_rays=store._face_rays.at(place),
                 ),
